@@ -1,0 +1,147 @@
+"""The one tree of settings. Every field says what it means, its unit, and where the paper states its value.
+
+A scene (camera, lights, size) belongs to a folder of pictures and travels with it as `scene.json`; the rest is a
+training's own and travels in its run directory and in every checkpoint.
+"""
+
+import dataclasses
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from trainer.errors import ConfigError
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """A perspective camera that looks at the origin from the +Z side."""
+
+    elevation_degrees: float = 30.0
+    """Height of the camera above the horizon, degrees."""
+    distance: float = 2.0
+    """Distance from the origin, in diagonals of the object's bounding box."""
+    field_of_view_degrees: float = 30.0
+    """Vertical field of view, degrees. At distance 2 an object of unit diagonal always fits."""
+
+
+@dataclass(frozen=True)
+class DirectionalLight:
+    """Light from far away."""
+
+    azimuth_degrees: float
+    """Where the light stands around +Y: 0 is the camera's side (+Z), 90 is +X; degrees."""
+    elevation_degrees: float
+    """Height of the light above the horizon, degrees."""
+    colour: Colour
+    """Linear RGB intensity; a surface that faces the light reflects just this."""
+
+
+# Three mutually orthogonal directions: |n·l| in three colours then determines a normal up to its signs.
+COLOUR_RIG = (
+    DirectionalLight(azimuth_degrees=30.0, elevation_degrees=35.2644, colour=(1.0, 0.0, 0.0)),
+    DirectionalLight(azimuth_degrees=150.0, elevation_degrees=35.2644, colour=(0.0, 1.0, 0.0)),
+    DirectionalLight(azimuth_degrees=270.0, elevation_degrees=35.2644, colour=(0.0, 0.0, 1.0)),
+)
+
+
+@dataclass(frozen=True)
+class SceneConfig:
+    """What pictures and renderings share: size, camera and lights."""
+
+    width: int = 128
+    """Width of a picture, pixels (paper: 128, Appendix A)."""
+    height: int = 96
+    """Height of a picture, pixels (paper: 96, Appendix A)."""
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    """Where the camera stands."""
+    lights: tuple[DirectionalLight, ...] = COLOUR_RIG
+    """The directional lights ("three coloured directional lights", section 5.3 of the paper)."""
+    ambient: Colour = (0.0, 0.0, 0.0)
+    """Linear RGB of the light that comes from everywhere."""
+
+
+@dataclass(frozen=True)
+class ModelConfig:
+    """Encoder, posterior and decoder (Appendix A)."""
+
+    latent: int = 12
+    """Dimensions of the shape code z (paper: 12, section 5)."""
+    hidden: int = 32
+    """Width of the decoder's hidden layer (paper: 32, Appendix A)."""
+    segments: int = 4
+    """Segments along each edge of the subdivided cube (paper: 4, that is 98 vertices)."""
+    azimuth_bins: int = 12
+    """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
+    encoder_channels: tuple[int, int, int, int, int, int] = (32, 64, 96, 128, 128, 128)
+    """Channels of the five convolutions and of the fully connected layer (paper: 32, 64, 96, 128, 128, 128)."""
+
+
+@dataclass(frozen=True)
+class LossConfig:
+    """The training objective. Weights are for a sum over the pixels of a 128 × 96 picture with ε = 1, and scale with
+    the number of pixels, so that they mean the same at every resolution."""
+
+    objective: Literal["exact", "paper"] = "exact"
+    """How the coarse azimuth's posterior is found: `exact` = balanced E-step over all bins, taught to the encoder;
+    `paper` = the encoder's own ρ, by gradient, with prior matching (Eq. loss)."""
+    pose_supervision: Literal["none", "azimuth"] = "none"
+    """`azimuth` reads the true azimuth from metadata.csv ("iou | θ" in the paper)."""
+    kl_weight: float = 1.0
+    """Final weight β of the KL term (paper: 10³ at its own ε; see docs/paper.md)."""
+    kl_weight_start: float = 1.0
+    """Weight β at the first step; cools exponentially to `kl_weight`. Equal values mean constant, as in the paper."""
+    kl_cooling_steps: float = 1500.0
+    """Time constant of that cooling, steps."""
+    prior_matching_weight: float = 450.0
+    """Weight α of batch prior matching, `paper` objective only (paper: 5·10⁵ at its own ε)."""
+    temperature_start: float = 240.0
+    """`exact` objective: temperature T of the E-step at the first step, in units of log-likelihood."""
+    temperature: float = 24.0
+    """`exact` objective: final temperature; cools exponentially."""
+    temperature_cooling_steps: float = 500.0
+    """Time constant of that cooling, steps."""
+    sinkhorn_iterations: int = 5
+    """`exact` objective: rounds that balance the batch's posterior to the uniform prior."""
+    distillation_weight: float = 20.0
+    """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
+    laplacian_weight: float = 0.0
+    """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
+    laplacian_weight_start: float = 0.0
+    """That weight at the first step; cools like the KL weight."""
+
+
+@dataclass(frozen=True)
+class OptimiserConfig:
+    """Adam with a clipped gradient."""
+
+    learning_rate: float = 1e-3
+    """Adam's learning rate (paper: 10⁻³, constant)."""
+    gradient_clip: float = 5.0
+    """Largest global Euclidean norm of the gradient (paper: 5)."""
+    batch_size: int = 128
+    """Pictures a step (paper: 128)."""
+    steps: int = 20000
+    """Steps in all."""
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """Everything that determines a training, beside its pictures."""
+
+    width: int = 128
+    """Pictures are reduced to this width before training, pixels."""
+    height: int = 96
+    """Pictures are reduced to this height before training, pixels."""
+    seed: int = 0
+    """Seed of initial weights, batches and samples."""
+    validation_share: float = 0.05
+    """Share of the instances that is held out, to watch the training by; 0 to 0.5."""
+    model: ModelConfig = field(default_factory=ModelConfig)
+    """The networks."""
+    loss: LossConfig = field(default_factory=LossConfig)
+    """The objective."""
+    optimiser: OptimiserConfig = field(default_factory=OptimiserConfig)
+    """The optimiser."""

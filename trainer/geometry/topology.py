@@ -1,0 +1,53 @@
+"""The subdivided cube, the base mesh of the *subdivision* parameterisation (section 3 of the paper)."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int64
+
+
+class BaseMesh(NamedTuple):
+    """A closed mesh: vertices in the object frame, faces counter-clockwise from outside."""
+
+    vertices: Float[np.ndarray, "V 3"]
+    faces: Int64[np.ndarray, "F 3"]
+
+
+def subdivided_cube(segments: int, side: float = 1.0) -> BaseMesh:
+    """A cube around the origin, each edge cut into `segments`: 6·segments² + 2 vertices, 12·segments² faces.
+
+    The diagonals are laid so that the mesh is its own mirror image in x, y and z (exactly so for even `segments`).
+    """
+    lattice: dict[tuple[int, int, int], int] = {}
+    faces: list[tuple[int, int, int]] = []
+
+    def corner(point: np.ndarray) -> int:
+        return lattice.setdefault((int(point[0]), int(point[1]), int(point[2])), len(lattice))
+
+    for axis in range(3):
+        for outward in (-1, 1):
+            # (u, v, normal) is right-handed, so that u then v turns counter-clockwise as seen from outside.
+            u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]][::outward]
+            origin = np.eye(3, dtype=int)[axis] * (segments if outward > 0 else 0)
+            for i in range(segments):
+                for j in range(segments):
+                    a = corner(origin + i * u + j * v)
+                    b = corner(origin + (i + 1) * u + j * v)
+                    c = corner(origin + (i + 1) * u + (j + 1) * v)
+                    d = corner(origin + i * u + (j + 1) * v)
+                    if (2 * i + 1 > segments) == (2 * j + 1 > segments):
+                        faces += [(a, b, c), (a, c, d)]
+                    else:
+                        faces += [(a, b, d), (b, c, d)]
+    vertices = (np.array(list(lattice), dtype=np.float64) / segments - 0.5) * side
+    return BaseMesh(vertices, np.array(faces, dtype=np.int64))
+
+
+def vertex_neighbours(faces: Int64[np.ndarray, "F 3"], vertex_count: int) -> Float[np.ndarray, "V V"]:
+    """Row-normalised adjacency: row i averages over the neighbours of vertex i (zero for a vertex without any)."""
+    adjacency = np.zeros((vertex_count, vertex_count))
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        adjacency[faces[:, a], faces[:, b]] = 1.0
+        adjacency[faces[:, b], faces[:, a]] = 1.0
+    degree = adjacency.sum(1, keepdims=True)
+    return np.divide(adjacency, degree, out=np.zeros_like(adjacency), where=degree > 0)

@@ -1,0 +1,31 @@
+"""Lambert's law at the vertices: the colours that Gouraud shading interpolates."""
+
+import math
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from trainer.config import SceneConfig
+from trainer.geometry.conventions import rotation_about_y
+
+
+def light_directions(scene: SceneConfig, like: Tensor) -> Float[Tensor, "K 3"]:
+    """Unit vectors from the surface towards each light, in the world frame."""
+    angles = [(math.radians(light.elevation_degrees), math.radians(light.azimuth_degrees)) for light in scene.lights]
+    return like.new_tensor(
+        [[math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a)] for e, a in angles]
+    ).reshape(len(angles), 3)
+
+
+def shade(
+    normals: Float[Tensor, "*B V 3"], azimuth: Float[Tensor, "*B"], scene: SceneConfig
+) -> Float[Tensor, "*B V 3"]:
+    """Linear RGB of white Lambertian vertices, lit from both sides: ambient + Σ_k colour_k · |n · l_k|.
+
+    `normals` are in the object frame; the lights stay with the camera, so it is they that turn by -azimuth here.
+    """
+    turned = light_directions(scene, normals) @ rotation_about_y(azimuth)
+    colours = normals.new_tensor([light.colour for light in scene.lights]).reshape(-1, 3)
+    cosines = (normals @ turned.transpose(-1, -2)).abs()
+    return cosines @ colours + torch.as_tensor(scene.ambient, dtype=normals.dtype, device=normals.device)
