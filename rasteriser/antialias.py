@@ -16,7 +16,7 @@ and a piece is either visible or not.
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import NOTHING, covers, line_value, plane_value
+from rasteriser.coverage import NOTHING, line_value, plane_value, touches
 from rasteriser.shading import add_colour_gradient
 
 AT_VERTEX, AT_COLUMN, AT_ROW = 0, 1, 2
@@ -111,7 +111,7 @@ def is_hidden(lines, planes, sides, face_edges, edge_faces, visible, edge, x, y,
     if face == NOTHING or face == edge_faces[edge, 0] or face == edge_faces[edge, 1]:  # noqa: PLR1714
         return False
     in_front = plane_value(planes, face, 0, x, y) > w * (1.0 + DEPTH_MARGIN)
-    return in_front and covers(lines, face_edges, sides, face, x, y)
+    return in_front and touches(lines, face_edges, sides, face, x, y)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -136,7 +136,7 @@ def look_at_piece(lines, planes, sides, face_edges, edge_faces, visible, edge, s
     seen = seen and not is_hidden(
         lines, planes, sides, face_edges, edge_faces, visible, edge, x, y, w, ix + step_x, iy + step_y
     )
-    if seen and far_face != NOTHING and covers(lines, face_edges, sides, far_face, x, y):
+    if seen and far_face != NOTHING and touches(lines, face_edges, sides, far_face, x, y):
         far_x, far_y = x, y
     return seen, sign, far_face, far_x, far_y
 

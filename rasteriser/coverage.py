@@ -11,6 +11,10 @@ from numba import njit
 # Twice the area below which a face is nothing, in squared pixels.
 SMALLEST_DOUBLED_AREA = 1e-12
 NOTHING = -1
+# Distance to an edge times its length, in squared pixels: far above rounding, far below anything seen.
+BORDER = 1e-6
+# A face must be nearer by this factor than those before it: coplanar faces then tie whatever the rounding.
+TIE = 1.0 + 1e-9
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -71,11 +75,11 @@ def set_up_faces(screen, colours, faces, face_edges, lines, planes, sides):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def covers(lines, face_edges, sides, face, x, y):
-    """Whether a face covers a point; a point on an edge belongs to the face on the edge's positive side."""
+def touches(lines, face_edges, sides, face, x, y):
+    """Whether a face, its border included, covers a point. The border is a hair wider than it is, so that a point which
+    was computed to lie on an edge is found there whatever the rounding."""
     for corner in range(3):
-        positive = line_value(lines, face_edges[face, corner], x, y) >= 0
-        if positive != (sides[face, corner] > 0) or sides[face, corner] == 0:
+        if line_value(lines, face_edges[face, corner], x, y) * sides[face, corner] < -BORDER:
             return False
     return True
 
@@ -105,7 +109,7 @@ def bounding_box(screen, width, height):
 def rasterise(screen, faces, face_edges, lines, planes, sides, box, nearest, visible):
     """visible [H + 2, W + 2]: the face at each pixel centre inside `box` or NOTHING; nearest: its inverse depth.
 
-    Row and column 0 of both are pixel -1. Of faces at exactly the same depth the first wins.
+    Row and column 0 of both are pixel -1. Of faces at the same depth, up to rounding, the first wins.
     """
     left, top, right, bottom = box
     for y in range(top, bottom):
@@ -136,6 +140,6 @@ def rasterise(screen, faces, face_edges, lines, planes, sides, box, nearest, vis
                 )
                 if inside:
                     depth = p + q * x + r * y
-                    if depth > nearest[iy + 1, ix + 1]:
+                    if depth > nearest[iy + 1, ix + 1] * TIE:
                         nearest[iy + 1, ix + 1] = depth
                         visible[iy + 1, ix + 1] = f

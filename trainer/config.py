@@ -4,13 +4,8 @@ A scene (camera, lights, size) belongs to a folder of pictures and travels with 
 training's own and travels in its run directory and in every checkpoint.
 """
 
-import dataclasses
-import tomllib
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Literal
-
-from trainer.errors import ConfigError
+from typing import Literal
 
 Colour = tuple[float, float, float]
 
@@ -137,6 +132,8 @@ class TrainConfig:
     """Pictures are reduced to this height before training, pixels."""
     seed: int = 0
     """Seed of initial weights, batches and samples."""
+    precision: Literal["auto", "float32", "bfloat16"] = "auto"
+    """Number format of the encoder's convolutions while training; `auto` is bfloat16 where the CPU computes in it."""
     validation_share: float = 0.05
     """Share of the instances that is held out, to watch the training by; 0 to 0.5."""
     model: ModelConfig = field(default_factory=ModelConfig)

@@ -13,6 +13,8 @@ from torch import Tensor
 
 DEPTH_MARGIN = 1e-6
 SMALLEST_DOUBLED_AREA = 1e-12
+BORDER = 1e-6
+TIE = 1 + 1e-9
 
 
 class Piece(NamedTuple):
@@ -69,10 +71,15 @@ def _halve(level: Float[Tensor, "C H W"], axis: int) -> Tensor:
     return total
 
 
+def _line(a: np.ndarray, b: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """The linear function that vanishes on the line through a and b: distance times length."""
+    line_x, line_y = b[1] - a[1], a[0] - b[0]
+    return np.asarray(line_x * point[..., 0] + line_y * point[..., 1] + (b[0] * a[1] - a[0] * b[1]))
+
+
 def _side(a: np.ndarray, b: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Whether points lie on the positive side of the line through a and b, the line itself included."""
-    line_x, line_y = b[1] - a[1], a[0] - b[0]
-    return line_x * point[..., 0] + line_y * point[..., 1] + (b[0] * a[1] - a[0] * b[1]) >= 0
+    return _line(a, b, point) >= 0
 
 
 def _covers(fixed: np.ndarray, face: np.ndarray, points: np.ndarray) -> Bool[np.ndarray, "*P"]:
@@ -84,6 +91,16 @@ def _covers(fixed: np.ndarray, face: np.ndarray, points: np.ndarray) -> Bool[np.
         own = _side(fixed[first], fixed[second], fixed[face[corner]])
         inside &= _side(fixed[first], fixed[second], points) == own
     return inside
+
+
+def _touches(fixed: np.ndarray, face: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a face, its border and a hair more included, covers a point."""
+    for corner in range(3):
+        first, second = sorted((face[(corner + 1) % 3], face[(corner + 2) % 3]))
+        own = 1 if _side(fixed[first], fixed[second], fixed[face[corner]]) else -1
+        if _line(fixed[first], fixed[second], point) * own < -BORDER:
+            return False
+    return True
 
 
 def _inverse_depth(fixed: np.ndarray, face: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -99,7 +116,7 @@ def _visible_faces(fixed: np.ndarray, corners: np.ndarray, points: np.ndarray) -
         inside = np.flatnonzero(_covers(fixed, face, points))
         if len(inside):
             depth = _inverse_depth(fixed, face, points[inside])
-            wins = depth > nearest[inside]
+            wins = depth > nearest[inside] * TIE
             nearest[inside[wins]], visible[inside[wins]] = depth[wins], index
     return visible
 
@@ -143,11 +160,11 @@ def _contour_pieces(fixed: np.ndarray, corners: np.ndarray, visible: np.ndarray)
             hidden = False
             for px, py in ((column, row), across):
                 face = int(visible[py + 1, px + 1])
-                if face >= 0 and face not in adjacent and _covers(fixed, corners[face], middle):
+                if face >= 0 and face not in adjacent and _touches(fixed, corners[face], middle):
                     hidden |= bool(_inverse_depth(fixed, corners[face], middle) > w * (1 + DEPTH_MARGIN))
             if not hidden:
                 far_face = int(visible[far_pixel[1] + 1, far_pixel[0] + 1])
-                at_middle = far_face >= 0 and bool(_covers(fixed, corners[far_face], middle))
+                at_middle = far_face >= 0 and _touches(fixed, corners[far_face], middle)
                 pieces.append(
                     Piece((i, j), (column, row), (cut0, cut1), near_at_centre, far_face, at_middle, far_pixel)
                 )

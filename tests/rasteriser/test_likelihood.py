@@ -1,0 +1,106 @@
+"""The fused kernels against the readable reference, and against closed forms."""
+
+import numpy as np
+import pytest
+import torch
+
+from rasteriser import likelihood
+from rasteriser.topology import build_topology
+from tests.rasteriser.scenes import Scene, random_scene
+from trainer.rendering import reference
+
+
+def _reference(scene: Scene) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    screen = torch.tensor(scene.screen, dtype=torch.float64, requires_grad=True)
+    colours = torch.tensor(scene.colours, dtype=torch.float64, requires_grad=True)
+    picture = reference.draw(screen, colours, torch.tensor(scene.topology.faces.astype(np.int64)), *scene.size)
+    value = reference.log_likelihood(picture, torch.tensor(scene.target, dtype=torch.float64))
+    value.backward()
+    gradients = [np.zeros(x.shape) if x.grad is None else x.grad.numpy() for x in (screen, colours)]
+    return picture.detach().numpy(), value.item(), gradients[0], gradients[1]
+
+
+@pytest.mark.parametrize("block", range(8))
+def test_fused_kernels_agree_with_the_reference(block: int) -> None:
+    for seed in range(block * 125, block * 125 + 125):
+        scene = random_scene(seed)
+        picture, value, to_screen, to_colours = _reference(scene)
+        batch = scene.screen[None], scene.colours[None], scene.topology
+        np.testing.assert_allclose(likelihood.draw(*batch, *scene.size)[0], picture, atol=1e-5, err_msg=f"seed {seed}")
+        assert likelihood.log_likelihood(*batch, scene.target[None])[0] == pytest.approx(value, rel=1e-5), seed
+        gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1))
+        for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
+            tolerance = 1e-5 * max(1.0, np.abs(expected).max())
+            np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=f"seed {seed}")
+
+
+def test_gradient_of_a_picture_agrees_with_the_reference() -> None:
+    for seed in range(20):
+        scene = random_scene(seed)
+        upstream = np.random.default_rng(seed).normal(size=scene.target.shape)
+        screen = torch.tensor(scene.screen, dtype=torch.float64, requires_grad=True)
+        colours = torch.tensor(scene.colours, dtype=torch.float64, requires_grad=True)
+        faces = torch.tensor(scene.topology.faces.astype(np.int64))
+        picture = reference.draw(screen, colours, faces, *scene.size)
+        (picture * torch.tensor(upstream)).sum().backward()
+        found = likelihood.draw_gradient(scene.screen[None], scene.colours[None], scene.topology, upstream[None])
+        for mine, theirs in ((found.screen[0], screen.grad), (found.colours[0], colours.grad)):
+            expected = np.zeros(mine.shape) if theirs is None else theirs.numpy()
+            np.testing.assert_allclose(mine, expected, atol=1e-5 * max(1.0, np.abs(expected).max()))
+
+
+def _square(x0: float, y0: float, x1: float, y1: float) -> tuple[np.ndarray, np.ndarray]:
+    corners = np.array([[x0, y0, 0.5], [x1, y0, 0.5], [x1, y1, 0.5], [x0, y1, 0.5]], np.float32)
+    return corners, np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def test_an_axis_aligned_square_is_its_exact_area_in_every_pixel() -> None:
+    corners, faces = _square(1.25, 2.5, 5.75, 4.125)
+    drawn = likelihood.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 8, 6)[0, 0]
+    columns = np.clip(np.minimum(np.arange(8) + 1, 5.75) - np.maximum(np.arange(8), 1.25), 0, 1)
+    rows = np.clip(np.minimum(np.arange(6) + 1, 4.125) - np.maximum(np.arange(6), 2.5), 0, 1)
+    np.testing.assert_allclose(drawn, np.outer(rows, columns), atol=1e-6)
+
+
+def test_total_coverage_is_the_polygon_s_area_and_does_not_change_under_translation() -> None:
+    triangle = np.array([[2.3, 3.1, 0.5], [17.9, 5.2, 0.5], [8.4, 14.8, 0.5]], np.float32)
+    topology = build_topology(np.array([[0, 1, 2]]))
+    (ax, ay), (bx, by) = triangle[1, :2] - triangle[0, :2], triangle[2, :2] - triangle[0, :2]
+    white, ones = np.ones((1, 3, 1), np.float32), np.ones((1, 1, 18, 20), np.float32)
+    assert likelihood.draw(triangle[None], white, topology, 20, 18).sum() == pytest.approx(abs(ax * by - bx * ay) / 2)
+    gradient = likelihood.draw_gradient(triangle[None], white, topology, ones).screen[0]
+    np.testing.assert_allclose(gradient[:, :2].sum(0), 0, atol=1e-5)
+    # d area / d scale about the origin is twice the area.
+    assert (gradient[:, :2] * triangle[:, :2]).sum() == pytest.approx(abs(ax * by - bx * ay), rel=1e-5)
+
+
+def test_a_wing_too_thin_for_any_pixel_centre_keeps_its_area() -> None:
+    corners, faces = _square(2.0, 3.1, 9.0, 3.3)
+    drawn = likelihood.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 12, 6)
+    assert drawn.sum() == pytest.approx(7.0 * 0.2, rel=1e-4)
+
+
+def test_an_empty_mesh_explains_a_picture_as_black() -> None:
+    topology = build_topology(np.zeros((0, 3), np.int64))
+    target = np.random.default_rng(0).uniform(size=(1, 3, 6, 8)).astype(np.float32)
+    value = likelihood.log_likelihood(np.zeros((1, 0, 3), np.float32), np.zeros((1, 0, 3), np.float32), topology, target)
+    black = torch.zeros(3, 6, 8, dtype=torch.float64)
+    assert value[0] == pytest.approx(reference.log_likelihood(black, torch.tensor(target[0]).double()).item(), rel=1e-6)
+
+
+def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh() -> None:
+    corners, faces = _square(1, 1, 3, 3)
+    screen = np.stack([corners, corners, corners])
+    screen[1, 2, 0] = np.nan
+    with pytest.raises(ValueError, match="first in mesh 1"):
+        likelihood.draw(screen, np.ones((3, 4, 1), np.float32), build_topology(faces), 8, 6)
+
+
+def test_meshes_without_weight_get_no_gradient() -> None:
+    scene = random_scene(3)
+    pair = np.stack([scene.screen] * 2), np.stack([scene.colours] * 2), scene.topology
+    both = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([0.0, 2.0]))
+    one = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([1.0, 0.0]))
+    assert not both.screen[0].any()
+    assert not both.colours[0].any()
+    np.testing.assert_allclose(both.screen[1], 2 * one.screen[0], rtol=1e-4, atol=1e-4)

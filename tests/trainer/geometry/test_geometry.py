@@ -1,0 +1,78 @@
+"""Base mesh, normals and rotations, by closed form."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from rasteriser.topology import build_topology
+from trainer.geometry.conventions import rotation_about_y, wrap_angle
+from trainer.geometry.normals import vertex_normals
+from trainer.geometry.topology import subdivided_cube, vertex_neighbours
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3, 4, 7])
+def test_a_subdivided_cube_is_closed_outward_and_of_the_right_size(segments: int) -> None:
+    vertices, faces = subdivided_cube(segments, side=0.4)
+    assert len(vertices) == 6 * segments**2 + 2
+    assert len(faces) == 12 * segments**2
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    assert np.einsum("fi,fi->", a, np.cross(b, c)) / 6 == pytest.approx(0.4**3)
+    topology = build_topology(faces)
+    assert (topology.edge_faces >= 0).all()
+    assert len(vertices) - len(topology.edges) + len(faces) == 2
+
+
+def test_the_paper_s_cube_has_98_vertices_and_is_its_own_mirror_image() -> None:
+    vertices, faces = subdivided_cube(4)
+    assert len(vertices) == 98
+    triangles = {tuple(sorted(map(tuple, np.round(vertices[face], 6)))) for face in faces}
+    for axis in range(3):
+        mirror = np.ones(3)
+        mirror[axis] = -1
+        mirrored = {tuple(sorted(map(tuple, np.round(vertices[face] * mirror + 0.0, 6)))) for face in faces}
+        assert mirrored == triangles
+
+
+def test_neighbours_average_to_the_mean_of_adjacent_vertices() -> None:
+    vertices, faces = subdivided_cube(2)
+    weights = vertex_neighbours(faces, len(vertices))
+    np.testing.assert_allclose(weights.sum(1), 1)
+    around = set(faces[(faces == 5).any(1)].ravel()) - {5}
+    np.testing.assert_allclose((weights @ vertices)[5], np.mean([vertices[i] for i in around], axis=0))
+
+
+def test_normals_of_a_sphere_point_outward_and_have_unit_length() -> None:
+    base, faces = subdivided_cube(8)
+    sphere = torch.tensor(base / np.linalg.norm(base, axis=1, keepdims=True))
+    normals = vertex_normals(sphere, torch.tensor(faces))
+    np.testing.assert_allclose(normals.norm(dim=1), 1, atol=1e-9)
+    assert (normals * sphere).sum(1).min() > 0.98
+
+
+def test_normals_turn_with_the_object() -> None:
+    base, faces = subdivided_cube(3)
+    vertices = torch.tensor(base + np.random.default_rng(0).normal(scale=0.1, size=base.shape))
+    turn = rotation_about_y(torch.tensor(0.7, dtype=torch.float64))
+    expected = vertex_normals(vertices, torch.tensor(faces)) @ turn.T
+    np.testing.assert_allclose(vertex_normals(vertices @ turn.T, torch.tensor(faces)), expected, atol=1e-9)
+
+
+def test_a_collapsed_mesh_has_finite_normals_and_gradients() -> None:
+    vertices = torch.zeros(8, 3, requires_grad=True)
+    normals = vertex_normals(vertices, torch.tensor(subdivided_cube(1).faces))
+    normals.sum().backward()
+    assert torch.isfinite(normals).all()
+    assert vertices.grad is not None
+    assert torch.isfinite(vertices.grad).all()
+
+
+def test_a_positive_rotation_about_y_turns_front_towards_the_right() -> None:
+    turned = rotation_about_y(torch.tensor(math.pi / 2)) @ torch.tensor([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(turned, [1, 0, 0], atol=1e-6)
+
+
+def test_angles_wrap_into_half_open_minus_pi_to_pi() -> None:
+    angles = torch.tensor([math.pi, -math.pi, 3.5 * math.pi, 0.0], dtype=torch.float64)
+    np.testing.assert_allclose(wrap_angle(angles), [-math.pi, -math.pi, -0.5 * math.pi, 0.0], atol=1e-12)

@@ -1,0 +1,171 @@
+"""Every term of Eq. loss against a plain numpy transcription, and the E-step's guarantees."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from trainer.config import LossConfig
+from trainer.model.loss import (
+    LossWeights,
+    balanced_posterior,
+    distillation,
+    expected_reconstruction,
+    nearest_bin,
+    prior_matching,
+    training_loss,
+)
+from trainer.model.posterior import (
+    Posterior,
+    azimuth_fine_divergence,
+    bin_centres,
+    most_probable_azimuth,
+    shape_divergence,
+)
+
+BATCH, BINS, LATENT, VERTICES = 7, 12, 5, 9
+WEIGHTS = LossWeights(kl=1.3, prior_matching=17.0, temperature=4.0, distillation=2.5, laplacian=3.0)
+
+
+@pytest.fixture
+def posterior() -> Posterior:
+    rng = np.random.default_rng(1)
+    return Posterior(
+        torch.tensor(rng.normal(size=(BATCH, LATENT))),
+        torch.tensor(rng.uniform(0.1, 2, size=(BATCH, LATENT))),
+        torch.tensor(rng.normal(size=(BATCH, BINS))),
+        torch.tensor(rng.uniform(-math.pi / BINS, math.pi / BINS, size=BATCH)),
+        torch.tensor(rng.uniform(0.01, 0.3, size=BATCH)),
+    )
+
+
+@pytest.fixture
+def log_likelihood() -> torch.Tensor:
+    return torch.tensor(np.random.default_rng(2).uniform(-90, -10, size=(BATCH, BINS)))
+
+
+@pytest.fixture
+def laplacian() -> torch.Tensor:
+    return torch.tensor(np.random.default_rng(3).normal(size=(BATCH, VERTICES, 3)))
+
+
+def _softmax(logits: np.ndarray) -> np.ndarray:
+    exponential = np.exp(logits - logits.max(1, keepdims=True))
+    return exponential / exponential.sum(1, keepdims=True)
+
+
+def _normal_divergence(mean: np.ndarray, deviation: np.ndarray, prior: float) -> np.ndarray:
+    return np.log(prior / deviation) + (deviation**2 + mean**2) / (2 * prior**2) - 0.5
+
+
+def test_the_paper_s_loss_is_the_sum_that_the_paper_writes(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    terms = training_loss(LossConfig(objective="paper"), WEIGHTS, log_likelihood, posterior, laplacian, None)
+    rho = _softmax(posterior.azimuth_logits.numpy())
+    expected = 0.0
+    for r in range(BINS):
+        expected -= np.mean([log_likelihood[i, r].item() * rho[i, r] for i in range(BATCH)])
+        expected += WEIGHTS.prior_matching * abs(np.mean(rho[:, r]) - 1 / BINS)
+    shape = _normal_divergence(posterior.shape_mean.numpy(), posterior.shape_deviation.numpy(), 1.0)
+    fine = _normal_divergence(
+        posterior.azimuth_fine_mean.numpy(), posterior.azimuth_fine_deviation.numpy(), math.pi / BINS
+    )
+    expected += WEIGHTS.kl * np.mean(shape.sum(1) + fine)
+    expected += WEIGHTS.laplacian * np.mean((laplacian.numpy() ** 2).sum((1, 2)))
+    assert terms.total().item() == pytest.approx(expected, rel=1e-12)
+    assert terms.distillation.item() == 0
+    assert min(terms.prior_matching.item(), terms.kl.item(), terms.laplacian.item()) > 0
+
+
+def test_the_exact_objective_weighs_by_the_balanced_posterior_and_teaches_it(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    config = LossConfig(objective="exact", sinkhorn_iterations=3)
+    terms = training_loss(config, WEIGHTS, log_likelihood, posterior, laplacian, None)
+    q = _softmax(log_likelihood.numpy() / WEIGHTS.temperature)
+    for _ in range(3):
+        q = q / q.sum(0, keepdims=True)
+        q = q / q.sum(1, keepdims=True)
+    assert terms.reconstruction.item() == pytest.approx(-(q * log_likelihood.numpy()).sum(1).mean(), rel=1e-10)
+    cross_entropy = -(q * np.log(_softmax(posterior.azimuth_logits.numpy()))).sum(1).mean()
+    assert terms.distillation.item() == pytest.approx(WEIGHTS.distillation * cross_entropy, rel=1e-10)
+    assert terms.prior_matching.item() == 0
+
+
+def test_a_known_azimuth_selects_its_bin(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    azimuth = torch.tensor(np.random.default_rng(4).uniform(-math.pi, math.pi, size=BATCH))
+    terms = training_loss(LossConfig(), WEIGHTS, log_likelihood, posterior, laplacian, azimuth)
+    index = np.round((azimuth.numpy() + math.pi) / (2 * math.pi / BINS)).astype(int) % BINS
+    assert terms.reconstruction.item() == pytest.approx(-log_likelihood.numpy()[np.arange(BATCH), index].mean())
+    np.testing.assert_array_equal(nearest_bin(azimuth, BINS).argmax(1).numpy(), index)
+
+
+def test_gradients_of_the_loss_are_those_of_central_differences(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    def total(*parts: torch.Tensor) -> torch.Tensor:
+        config = LossConfig(objective="paper")
+        return training_loss(config, WEIGHTS, parts[5], Posterior(*parts[:5]), parts[6], None).total()
+
+    inputs = [part.clone().requires_grad_() for part in (*posterior, log_likelihood, laplacian)]
+    assert torch.autograd.gradcheck(total, inputs)
+
+
+def test_the_e_step_is_a_distribution_that_uses_all_bins_alike() -> None:
+    values = torch.tensor(np.random.default_rng(5).normal(size=(400, BINS)) * 3)
+    values[:, 4] += 10  # a bin that would win nearly every picture
+    q = balanced_posterior(values, 1.0, 60)
+    np.testing.assert_allclose(q.sum(1), 1, atol=1e-12)
+    np.testing.assert_allclose(q.mean(0), 1 / BINS, atol=1e-3)
+    np.testing.assert_allclose(balanced_posterior(values, 1.0, 0), values.softmax(1))
+
+
+def test_the_e_step_survives_any_temperature() -> None:
+    values = torch.tensor([[-1e5, -2e5], [-3e5, -1e5]])
+    for temperature in (1e-3, 1.0, 1e9):
+        assert torch.isfinite(balanced_posterior(values, temperature, 5)).all()
+
+
+def test_teaching_is_least_where_the_encoder_agrees() -> None:
+    q = torch.tensor(np.random.default_rng(6).dirichlet(np.ones(BINS), size=BATCH))
+    logits = q.log().requires_grad_()
+    distillation(logits, q).backward()
+    assert logits.grad is not None
+    np.testing.assert_allclose(logits.grad, 0, atol=1e-12)
+
+
+def test_prior_matching_is_zero_for_an_even_batch_and_largest_for_one_pose() -> None:
+    assert prior_matching(torch.eye(BINS)).item() == pytest.approx(0, abs=1e-6)
+    assert prior_matching(torch.eye(BINS)[:1]).item() == pytest.approx(2 * (1 - 1 / BINS))
+
+
+def test_reconstruction_ignores_what_has_no_weight() -> None:
+    values = torch.tensor([[-5.0, -1e9]])
+    assert expected_reconstruction(values, torch.tensor([[1.0, 0.0]])).item() == 5.0
+
+
+def test_divergences_vanish_at_the_prior_and_match_a_monte_carlo_estimate(posterior: Posterior) -> None:
+    half = math.pi / BINS
+    prior = Posterior(
+        torch.zeros(2, 3), torch.ones(2, 3), torch.zeros(2, BINS), torch.zeros(2), torch.full((2,), half)
+    )
+    assert shape_divergence(prior).abs().max() < 1e-6
+    assert azimuth_fine_divergence(prior).abs().max() < 1e-6
+    q = torch.distributions.Normal(posterior.shape_mean[0], posterior.shape_deviation[0])
+    samples = q.sample((200_000,))
+    estimate = (q.log_prob(samples) - torch.distributions.Normal(0.0, 1.0).log_prob(samples)).mean(0)
+    np.testing.assert_allclose(shape_divergence(posterior)[0], estimate, atol=0.02)
+
+
+def test_bins_cover_the_circle_as_equation_8_says(posterior: Posterior) -> None:
+    centres = bin_centres(BINS, torch.zeros(1, dtype=torch.float64))
+    np.testing.assert_allclose(centres, [-math.pi + r * 2 * math.pi / BINS for r in range(BINS)])
+    azimuth = most_probable_azimuth(posterior)
+    best = posterior.azimuth_logits.argmax(1)
+    np.testing.assert_allclose(torch.cos(azimuth - centres[best] - posterior.azimuth_fine_mean), 1, atol=1e-12)
+    assert (azimuth >= -math.pi).all()
+    assert (azimuth < math.pi).all()

@@ -1,0 +1,64 @@
+"""`python -m trainer render`"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Self
+
+import tyro
+
+from trainer.config import CameraConfig, SceneConfig
+from trainer.data.render import RenderSettings, render_folder
+from trainer.errors import ConfigError
+
+NOWHERE = Path()
+
+
+@dataclass(frozen=True)
+class RenderCommand:
+    """Render pictures of objects at random azimuths, with the truth beside them in metadata.csv.
+
+    Writes PNG pictures, metadata.csv (file name, instance, azimuth, light azimuth), scene.json and render.json. Finished
+    pictures of an earlier call with the same options are kept.
+    """
+
+    output: Path = NOWHERE
+    """Folder to write."""
+    category: str = ""
+    """Procedural class: car or chair."""
+    meshes: Path = NOWHERE
+    """Instead of a class: folder of OBJ, PLY, STL, OFF, GLB or glTF files, front = +z, up = +y."""
+    instances: int = 0
+    """Objects; 0 means 1000 of a procedural class, or every file of a mesh folder."""
+    views: int = 1
+    """Pictures of each object."""
+    seed: int = 0
+    """Seed of shapes and poses; another seed gives other objects."""
+    width: int = 128
+    """Width of a picture, pixels."""
+    height: int = 96
+    """Height of a picture, pixels."""
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    """Where the camera stands."""
+    supersampling: int = 4
+    """Samples along each side of a pixel."""
+    workers: Annotated[int, tyro.conf.arg(metavar="N")] = 0
+    """Processes; 0 means one per core."""
+
+    @classmethod
+    def default(cls, arguments: list[str]) -> Self:
+        return cls()
+
+    def run(self) -> None:
+        if self.output == NOWHERE:
+            raise ConfigError("Expected --output DIRECTORY, found nothing.")
+        if bool(self.category) == (self.meshes != NOWHERE):
+            raise ConfigError("Expected either --category CLASS or --meshes DIRECTORY, found both or neither.")
+        source = self.category or str(self.meshes)
+        scene = SceneConfig(width=self.width, height=self.height, camera=self.camera)
+        settings = RenderSettings(source=source, seed=self.seed, supersampling=self.supersampling)
+        instances = self.instances or (1000 if self.category else None)
+        report = render_folder(self.output, settings, scene, instances, self.views, self.workers or None)
+        print(
+            f"{report.written} pictures written, {report.kept} kept, {len(report.skipped)} objects skipped in "
+            f"{report.seconds:.1f} s: {self.output}"
+        )

@@ -1,0 +1,47 @@
+"""`python -m trainer sample`"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import torch
+
+from trainer.errors import ConfigError
+from trainer.evaluation.gallery import sample_rows
+from trainer.evaluation.sheet import write_sheet
+from trainer.training.checkpoint import load_checkpoint
+
+NOWHERE = Path()
+
+
+@dataclass(frozen=True)
+class SampleCommand:
+    """Invent shapes: draw shape codes from the prior, and show each from four sides."""
+
+    checkpoint: Path = NOWHERE
+    """Run directory or checkpoint."""
+    output: Path = Path("samples.png")
+    """PNG to write: a row for each shape."""
+    count: int = 6
+    """How many shapes, 1 to 100."""
+    seed: int = 0
+    """Seed of the shape codes."""
+    temperature: float = 1.0
+    """Standard deviation of the shape codes; 1 is the prior, less is more typical."""
+
+    @classmethod
+    def default(cls, arguments: list[str]) -> Self:
+        return cls()
+
+    def run(self) -> None:
+        if not 1 <= self.count <= 100:
+            raise ConfigError(f"Expected --count from 1 to 100, found {self.count}.")
+        if not 0 <= self.temperature <= 10:
+            raise ConfigError(f"Expected --temperature from 0 to 10, found {self.temperature}.")
+        checkpoint = load_checkpoint(self.checkpoint)
+        generator = torch.Generator().manual_seed(self.seed)
+        shape_codes = torch.randn(self.count, checkpoint.config.model.latent, generator=generator) * self.temperature
+        with torch.no_grad():
+            titles, rows = sample_rows(checkpoint.model, checkpoint.scene, shape_codes)
+        write_sheet(self.output, rows, titles)
+        print(f"{self.count} samples of {checkpoint.category}: {self.output}")

@@ -1,0 +1,32 @@
+"""F_φ(z) of Appendix A and M(Π) of section 3: from a shape code to vertices."""
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from trainer.geometry.topology import BaseMesh
+
+# Displacements are learnt in this unit (a diagonal of the object is 1), so that weights are of ordinary size.
+DISPLACEMENT_UNIT = 0.1
+INITIAL_SPREAD = 0.01
+
+
+class SubdivisionDecoder(nn.Module):
+    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself."""
+
+    base_vertices: Tensor
+    faces: Tensor
+
+    def __init__(self, latent: int, hidden: int, base: BaseMesh) -> None:
+        super().__init__()
+        self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
+        self.register_buffer("faces", torch.as_tensor(base.faces))
+        self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
+        self.displacements = nn.Linear(hidden, 3 * len(base.vertices))
+        nn.init.normal_(self.displacements.weight, std=INITIAL_SPREAD)
+        nn.init.zeros_(self.displacements.bias)
+
+    def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
+        """Vertices in the object frame."""
+        offsets = self.displacements(self.hidden(shape_code)).unflatten(1, (-1, 3))
+        return self.base_vertices + DISPLACEMENT_UNIT * offsets

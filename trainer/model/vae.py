@@ -1,0 +1,50 @@
+"""The generative model and its inference network (sections 3 and 4 of the paper)."""
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from trainer.config import ModelConfig
+from trainer.geometry.topology import subdivided_cube
+from trainer.model.decoder import SubdivisionDecoder
+from trainer.model.encoder import Encoder
+from trainer.model.posterior import Posterior, PosteriorHeads
+
+# Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
+BASE_CUBE_SIDE = 0.4
+
+
+class Model(nn.Module):
+    """x → Q(z, θ | x), and z → vertices."""
+
+    def __init__(self, config: ModelConfig, width: int, height: int) -> None:
+        super().__init__()
+        self.config = config
+        self.width, self.height = width, height
+        self.encoder = Encoder(config.encoder_channels, width, height)
+        self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins)
+        self.decoder = SubdivisionDecoder(
+            config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE)
+        )
+
+    @property
+    def faces(self) -> Tensor:
+        return self.decoder.faces
+
+    def encode(self, images: Float[Tensor, "B 3 H W"]) -> Posterior:
+        """Q for pictures in linear RGB, 0..1, on black."""
+        posterior: Posterior = self.heads(self.encoder(images))
+        return posterior
+
+    def decode(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
+        """Vertices in the object frame."""
+        vertices: Tensor = self.decoder(shape_code)
+        return vertices
+
+
+def sample_normal(
+    mean: Float[Tensor, "*N"], deviation: Float[Tensor, "*N"], generator: torch.Generator
+) -> Float[Tensor, "*N"]:
+    """The reparameterisation trick: a sample whose gradient reaches mean and deviation."""
+    noise = torch.randn(mean.shape, generator=generator, dtype=mean.dtype, device=mean.device)
+    return mean + deviation * noise

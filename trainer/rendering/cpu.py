@@ -1,0 +1,92 @@
+"""The fused numba kernels of `rasteriser` as differentiable torch functions."""
+
+from typing import Any
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int64
+from torch import Tensor
+from torch.autograd.function import once_differentiable
+
+from rasteriser import likelihood
+from rasteriser.topology import Topology, build_topology
+
+# A hypothesis whose share of the largest gradient is below this gets none: its picture is not drawn again.
+NEGLIGIBLE_WEIGHT = 1e-4
+
+
+def topology_of(faces: Int64[Tensor, "F 3"]) -> Topology:
+    """Edges and adjacency of a mesh, computed once for a training."""
+    return build_topology(faces.detach().cpu().numpy())
+
+
+class _LogLikelihood(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, screen: Tensor, colours: Tensor, pictures: Tensor, topology: Topology) -> Tensor:
+        ctx.save_for_backward(screen, colours, pictures)
+        ctx.topology = topology
+        count, bins, vertices, _ = screen.shape
+        values = likelihood.log_likelihood(
+            screen.detach().reshape(count * bins, vertices, 3).numpy(),
+            colours.detach().reshape(count * bins, vertices, -1).numpy(),
+            topology,
+            pictures.detach().numpy(),
+        )
+        return torch.as_tensor(values.reshape(count, bins), dtype=screen.dtype)
+
+    @staticmethod
+    @once_differentiable  # type: ignore[untyped-decorator]
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None]:
+        screen, colours, pictures = ctx.saved_tensors
+        count, bins, vertices, _ = screen.shape
+        scales = upstream.double().numpy().reshape(-1).copy()
+        scales[np.abs(scales) < NEGLIGIBLE_WEIGHT * np.abs(scales).max(initial=0.0)] = 0.0
+        gradients = likelihood.log_likelihood_gradient(
+            screen.reshape(count * bins, vertices, 3).numpy(),
+            colours.reshape(count * bins, vertices, -1).numpy(),
+            ctx.topology,
+            pictures.numpy(),
+            scales,
+        )
+        to_screen = torch.from_numpy(gradients.screen).reshape(screen.shape)
+        return to_screen, torch.from_numpy(gradients.colours).reshape(colours.shape), None, None
+
+
+class _Draw(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, screen: Tensor, colours: Tensor, topology: Topology, width: int, height: int) -> Tensor:
+        ctx.save_for_backward(screen, colours)
+        ctx.topology = topology
+        return torch.from_numpy(
+            likelihood.draw(screen.detach().numpy(), colours.detach().numpy(), topology, width, height)
+        )
+
+    @staticmethod
+    @once_differentiable  # type: ignore[untyped-decorator]
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
+        screen, colours = ctx.saved_tensors
+        gradients = likelihood.draw_gradient(screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy())
+        return torch.from_numpy(gradients.screen), torch.from_numpy(gradients.colours), None, None, None
+
+
+def log_likelihood(
+    screen: Float[Tensor, "B R V 3"],
+    colours: Float[Tensor, "B R V C"],
+    pictures: Float[Tensor, "B C H W"],
+    topology: Topology,
+) -> Float[Tensor, "B R"]:
+    """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
+
+    Differentiable in `screen` (x, y, inverse depth) and `colours`. The backward pass draws again only those hypotheses
+    whose incoming gradient is not negligible (below 1e-4 of the largest).
+    """
+    values: Tensor = _LogLikelihood.apply(screen, colours, pictures, topology)
+    return values
+
+
+def draw(
+    screen: Float[Tensor, "N V 3"], colours: Float[Tensor, "N V C"], topology: Topology, width: int, height: int
+) -> Float[Tensor, "N C H W"]:
+    """Antialiased pictures on black, differentiable in `screen` and `colours`."""
+    pictures: Tensor = _Draw.apply(screen, colours, topology, width, height)
+    return pictures

@@ -1,0 +1,25 @@
+"""How the weights of the loss change with the step."""
+
+import math
+
+from trainer.config import LossConfig
+from trainer.model.loss import PAPER_PIXELS, LossWeights
+
+
+def cooled(start: float, end: float, time_constant: float, step: int) -> float:
+    """Exponential approach from `start` to `end`; `time_constant` in steps."""
+    return end + (start - end) * math.exp(-step / time_constant)
+
+
+def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWeights:
+    """The weights at a step, scaled to the number of pixels."""
+    share = width * height / PAPER_PIXELS
+    return LossWeights(
+        kl=share * cooled(config.kl_weight_start, config.kl_weight, config.kl_cooling_steps, step),
+        prior_matching=share * config.prior_matching_weight,
+        temperature=share
+        * cooled(config.temperature_start, config.temperature, config.temperature_cooling_steps, step),
+        distillation=share * config.distillation_weight,
+        laplacian=share
+        * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
+    )
