@@ -2,15 +2,14 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import tyro
 
 from trainer.config import CameraConfig, SceneConfig
-from trainer.data.render import RenderSettings, render_folder
+from trainer.data.plan import RenderSettings
+from trainer.data.render import render_folder
 from trainer.errors import ConfigError
-
-NOWHERE = Path()
 
 
 @dataclass(frozen=True)
@@ -21,11 +20,11 @@ class RenderCommand:
     pictures of an earlier call with the same options are kept.
     """
 
-    output: Path = NOWHERE
+    output: Path
     """Folder to write."""
     category: str = ""
     """Procedural class: car or chair."""
-    meshes: Path = NOWHERE
+    meshes: Path | None = None
     """Instead of a class: folder of OBJ, PLY, STL, OFF, GLB or glTF files, front = +z, up = +y."""
     instances: int = 0
     """Objects; 0 means 1000 of a procedural class, or every file of a mesh folder."""
@@ -46,12 +45,11 @@ class RenderCommand:
 
     @classmethod
     def default(cls, arguments: list[str]) -> Self:
-        return cls()
+        required: Any = tyro.MISSING
+        return cls(required)
 
     def run(self) -> None:
-        if self.output == NOWHERE:
-            raise ConfigError("Expected --output DIRECTORY, found nothing.")
-        if bool(self.category) == (self.meshes != NOWHERE):
+        if bool(self.category) == (self.meshes is not None):
             raise ConfigError("Expected either --category CLASS or --meshes DIRECTORY, found both or neither.")
         source = self.category or str(self.meshes)
         scene = SceneConfig(width=self.width, height=self.height, camera=self.camera)

@@ -2,23 +2,22 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import torch
+import tyro
 
 from trainer.errors import ConfigError
 from trainer.evaluation.gallery import sample_rows
 from trainer.evaluation.sheet import write_sheet
 from trainer.training.checkpoint import load_checkpoint
 
-NOWHERE = Path()
-
 
 @dataclass(frozen=True)
 class SampleCommand:
     """Invent shapes: draw shape codes from the prior, and show each from four sides."""
 
-    checkpoint: Path = NOWHERE
+    checkpoint: Path
     """Run directory or checkpoint."""
     output: Path = Path("samples.png")
     """PNG to write: a row for each shape."""
@@ -31,7 +30,8 @@ class SampleCommand:
 
     @classmethod
     def default(cls, arguments: list[str]) -> Self:
-        return cls()
+        required: Any = tyro.MISSING
+        return cls(required)
 
     def run(self) -> None:
         if not 1 <= self.count <= 100:

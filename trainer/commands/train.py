@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import torch
 import tyro
@@ -11,12 +11,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from trainer.config import TrainConfig
 from trainer.data.images import load_image_folder
-from trainer.errors import ConfigError
 from trainer.presets import load_preset, preset_names
 from trainer.training.checkpoint import load_checkpoint
 from trainer.training.loop import Intervals, train
-
-NOWHERE = Path()
 
 
 @dataclass(frozen=True)
@@ -27,9 +24,9 @@ class TrainCommand:
     Ctrl-C saves and stops; --resume goes on from there.
     """
 
-    images: Path = NOWHERE
+    images: Path
     """Folder of pictures (PNG, JPEG, WebP), as `trainer render` writes it or your own. --resume remembers it."""
-    run_directory: Annotated[Path, tyro.conf.arg(name="run")] = NOWHERE
+    run_directory: Annotated[Path, tyro.conf.arg(name="run")]
     """Run directory, new or (with --resume) old."""
     category: str = ""
     """What the pictures show, one word; by default the name of the picture folder."""
@@ -47,19 +44,17 @@ class TrainCommand:
     @classmethod
     def default(cls, arguments: list[str]) -> Self:
         """The defaults that --preset or --resume bring, looked up before the other options are read."""
+        required: Any = tyro.MISSING
         if not arguments or arguments[0] != "train":
-            return cls()
+            return cls(required, required)
         run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or "demo"
         if "--resume" in arguments and run:
             before = load_checkpoint(Path(run))
-            images = Path(str(before.run.get("images", NOWHERE)))
-            return cls(config=before.config, images=images, category=before.category)
-        return cls(config=load_preset(preset))
+            images = Path(before.run["images"]) if "images" in before.run else required
+            return cls(images, required, config=before.config, category=before.category)
+        return cls(required, required, config=load_preset(preset))
 
     def run(self) -> None:
-        for option, value in (("--images", self.images), ("--run", self.run_directory)):
-            if value == NOWHERE:
-                raise ConfigError(f"Expected {option} DIRECTORY, found nothing. See python -m trainer train --help.")
         if self.threads:
             torch.set_num_threads(self.threads)
         images = load_image_folder(self.images, self.config.width, self.config.height)

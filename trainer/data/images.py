@@ -1,0 +1,156 @@
+"""A folder of pictures, decoded into memory."""
+
+import dataclasses
+import logging
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int, Integer, UInt8
+from numba import njit
+from numpy import ndarray
+from torch import Tensor
+
+from trainer.config import SceneConfig
+from trainer.data.decoding import decode_picture
+from trainer.data.metadata import METADATA_FILE, Row, read_metadata
+from trainer.data.scene import read_scene
+from trainer.data.srgb import decode_table
+from trainer.errors import DataError
+
+FORMATS = (".png", ".jpg", ".jpeg", ".webp")
+"""File name endings that are read, in lower case."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ImageSet:
+    """Pictures of one size, and what is known about them."""
+
+    pictures: UInt8[ndarray, "N 3 H W"]
+    """sRGB codes: a quarter of the memory of linear floats, at a step too small to see."""
+    names: tuple[str, ...]
+    """Path of each picture, relative to the folder."""
+    instances: Int[ndarray, "N"]
+    """Which object each picture shows, 0 … number of objects - 1; views of one object share a number."""
+    instance_names: tuple[str, ...]
+    """The name of each object."""
+    azimuths: Float[ndarray, "N"] | None
+    """The true azimuth θ of each picture, radians; None unless it is known for all of them."""
+    light_azimuths: Float[ndarray, "N"] | None
+    """How far the lights are turned, radians; None unless it is known for all pictures."""
+    scene: SceneConfig
+    """Camera and lights, at the size of `pictures`."""
+    skipped: tuple[str, ...]
+    """A sentence for each file that could not be read."""
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def batch(self, indices: Integer[ndarray, "B"] | Integer[Tensor, "B"]) -> Float[Tensor, "B 3 H W"]:
+        """Linear pictures 0..1 of the given numbers, in float32 on the CPU."""
+        chosen = np.asarray(indices, np.int64)
+        linear = np.empty((len(chosen), *self.pictures.shape[1:]), np.float32)
+        _look_up(self.pictures.reshape(len(self), -1), chosen, decode_table(), linear.reshape(len(chosen), -1))
+        return torch.from_numpy(linear)
+
+
+def load_image_folder(folder: Path, width: int, height: int) -> ImageSet:
+    """All PNG, JPEG and WebP pictures in a folder and below it, reduced to `width` × `height`, in order of their names.
+
+    A picture is scaled to fit by area averaging in linear light, and padded evenly with black where its aspect differs;
+    transparent pixels are black. `metadata.csv` and `scene.json` are used where present: without the former each
+    picture is an object of its own and no azimuth is known, without the latter the scene is the default one. Where
+    padding enlarges the height, the scene's field of view is widened to match.
+
+    Pictures that cannot be read, that metadata.csv does not name, or that it names in vain, are counted and named in
+    one warning each kind. Raises DataError where the folder is missing or holds no picture that can be read.
+    """
+    names = _picture_names(folder)
+    rows = read_metadata(folder)
+    if rows is not None:
+        names = _named_in_both(folder, names, rows)
+    # Beyond a few threads the reading of many small files gains nothing.
+    with ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
+        decoded = list(pool.map(lambda name: decode_picture(folder / name, width, height), names))
+    skipped = tuple(result for result in decoded if isinstance(result, str))
+    readable = [(name, result) for name, result in zip(names, decoded, strict=True) if not isinstance(result, str)]
+    if not readable:
+        raise DataError(f"none of the {len(names)} pictures in {folder} can be read; first: {skipped[0]}")
+    if skipped:
+        logger.warning("skipped %d of %d pictures that cannot be read; first: %s", len(skipped), len(names), skipped[0])
+
+    kept = tuple(name for name, _ in readable)
+    known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
+    instance_names, instances = np.unique([row.instance for row in known], return_inverse=True)
+    return ImageSet(
+        pictures=np.stack([picture for _, picture in readable]),
+        names=kept,
+        instances=instances.astype(np.int64),
+        instance_names=tuple(map(str, instance_names)),
+        azimuths=_radians([row.azimuth_degrees for row in known]),
+        light_azimuths=_radians([row.light_azimuth_degrees for row in known]),
+        scene=fitted(read_scene(folder) or SceneConfig(width=width, height=height), width, height),
+        skipped=skipped,
+    )
+
+
+def fitted(scene: SceneConfig, width: int, height: int) -> SceneConfig:
+    """The scene of pictures that were scaled to fit `width` × `height` and padded with black."""
+    scale = min(width / scene.width, height / scene.height)
+    half = math.radians(scene.camera.field_of_view_degrees) / 2
+    widened = math.atan(math.tan(half) * height / (scene.height * scale))
+    field_of_view = scene.camera.field_of_view_degrees if widened <= half * (1 + 1e-9) else math.degrees(2 * widened)
+    camera = dataclasses.replace(scene.camera, field_of_view_degrees=field_of_view)
+    return dataclasses.replace(scene, width=width, height=height, camera=camera)
+
+
+def _picture_names(folder: Path) -> list[str]:
+    if not folder.is_dir():
+        found = "a file" if folder.exists() else "nothing"
+        raise DataError(f"expected a folder of pictures at {folder}, found {found}; check the path, or render one")
+    names = sorted(
+        path.relative_to(folder).as_posix()
+        for path in folder.rglob("*")
+        if path.suffix.lower() in FORMATS and not path.name.startswith(".") and path.is_file()
+    )
+    if not names:
+        raise DataError(f"expected pictures ({', '.join(FORMATS)}) in {folder} or below it, found none; add some")
+    return names
+
+
+def _named_in_both(folder: Path, names: list[str], rows: dict[str, Row]) -> list[str]:
+    """The pictures that metadata.csv names; warns of pictures without a row and of rows without a picture."""
+    there = set(names)
+    absent, unnamed = [name for name in rows if name not in there], [name for name in names if name not in rows]
+    path = folder / METADATA_FILE
+    if len(unnamed) == len(names):
+        raise DataError(
+            f"{path} names none of the {len(names)} pictures in the folder: expected file_name relative to the folder, "
+            f"such as {names[0]}, found {next(iter(rows), 'no row')}; correct the file or delete it"
+        )
+    if absent:
+        logger.warning("%s names %d pictures that are not there; first: %s", path, len(absent), absent[0])
+    if unnamed:
+        logger.warning("skipped %d pictures that %s does not name; first: %s", len(unnamed), path, unnamed[0])
+    return [name for name in names if name in rows]
+
+
+def _radians(degrees: list[float | None]) -> Float[ndarray, "N"] | None:
+    known = [value for value in degrees if value is not None]
+    if len(known) < len(degrees):
+        return None
+    return np.array([math.remainder(math.radians(value), 2 * math.pi) for value in known])
+
+
+@njit(nogil=True, cache=True)
+def _look_up(codes, chosen, table, linear):  # type: ignore[no-untyped-def]
+    for row in range(len(chosen)):
+        source, target = codes[chosen[row]], linear[row]
+        for position in range(len(source)):
+            target[position] = table[source[position]]

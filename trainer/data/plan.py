@@ -1,0 +1,125 @@
+"""What a rendering will draw: its settings, the objects, and the pose of every picture, all known beforehand."""
+
+import dataclasses
+import json
+import os
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from trainer.config import SceneConfig
+from trainer.data.meshes import load_mesh, mesh_files
+from trainer.data.metadata import Row
+from trainer.data.scene import SCENE_FILE, read_scene, write_scene
+from trainer.data.shapes.catalogue import CATEGORIES, make_shape
+from trainer.data.shapes.solid import Mesh
+from trainer.data.writing import write_bytes
+from trainer.errors import ConfigError, DataError
+
+SETTINGS_FILE = "render.json"
+_SEED_STRIDE = 1_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class RenderSettings:
+    """What determines the pictures, beside the scene."""
+
+    source: str
+    """A procedural class, or the path of a folder of meshes."""
+    seed: int = 0
+    """Names the shapes (procedural) and the poses; 0 or more."""
+    rotate_lights: bool = False
+    """Whether the lights are turned by a uniform angle in [0°, 180°) in each picture."""
+    supersampling: int = 4
+    """Samples along each side of a pixel."""
+
+
+class Job(NamedTuple):
+    """All pictures of one object."""
+
+    instance: str
+    rows: tuple[Row, ...]
+
+
+def plan_jobs(settings: RenderSettings, instances: int | None, views: int) -> list[Job]:
+    if settings.seed < 0 or settings.supersampling < 1 or views < 1 or (instances is not None and instances < 1):
+        raise ConfigError(
+            "expected a seed of 0 or more and at least one instance, view and sample, found "
+            f"seed {settings.seed}, instances {instances}, views {views}, supersampling {settings.supersampling}"
+        )
+    if _is_folder(settings.source):
+        root = Path(settings.source)
+        names = [path.relative_to(root).as_posix() for path in mesh_files(root)][:instances]
+    elif instances is None or instances > _SEED_STRIDE:
+        raise ConfigError(f"expected 1 to {_SEED_STRIDE:,} instances of a procedural class, found {instances}")
+    else:
+        make_shape(settings.source, settings.seed)
+        names = [f"{settings.source}-{shape_seed(settings.seed, index):07d}" for index in range(instances)]
+    return [Job(name, tuple(_views(settings, name, views))) for name in names]
+
+
+def _views(settings: RenderSettings, instance: str, views: int) -> Iterator[Row]:
+    stem = f"{category_of(settings)}/{instance.replace('/', '__')}"
+    for view in range(views):
+        rng = np.random.default_rng([settings.seed, zlib.crc32(instance.encode()), view])
+        # Rounded before use, so that the file holds exactly what was drawn.
+        azimuth, light = round(rng.uniform(-180.0, 180.0), 4), round(rng.uniform(0.0, 180.0), 4)
+        yield Row(f"{stem}-{view:02d}.png", instance, azimuth, light if settings.rotate_lights else 0.0)
+
+
+def shape_seed(seed: int, index: int) -> int:
+    """The seed of `make_shape` for object `index` of a run with `seed`; the instance's name ends in it."""
+    return seed * _SEED_STRIDE + index
+
+
+def load_instance(settings: RenderSettings, instance: str) -> Mesh:
+    """The mesh that an `instance` of metadata.csv names. Raises DataError where there is none."""
+    if _is_folder(settings.source):
+        return load_mesh(Path(settings.source) / instance)
+    category, _, seed = instance.rpartition("-")
+    if not (category and seed.isdigit()):
+        raise DataError(f"expected an instance such as car-0000017, found {instance!r}")
+    return make_shape(category, int(seed))
+
+
+def category_of(settings: RenderSettings) -> str:
+    return (Path(settings.source).resolve().name or "meshes") if _is_folder(settings.source) else settings.source
+
+
+def _is_folder(source: str) -> bool:
+    """A class has its name; anything else that has a separator or exists is a path."""
+    return source not in CATEGORIES and (os.sep in source or Path(source).is_dir())
+
+
+def claim(out: Path, settings: RenderSettings, scene: SceneConfig) -> None:
+    """Makes `out` a folder of these settings, or refuses it."""
+    if out.exists() and not out.is_dir():
+        raise DataError(f"expected a folder to render into at {out}, found a file; choose another name")
+    found: list[tuple[object, object, str]] = [
+        (read_settings(out), settings, SETTINGS_FILE),
+        (read_scene(out), scene, SCENE_FILE),
+    ]
+    for there, wanted, file in found:
+        if there is not None and there != wanted:
+            raise DataError(
+                f"{out / file} holds other settings than this run's: expected {wanted}, found {there}; "
+                "render into another folder, or delete this one"
+            )
+    write_scene(out, scene)
+    write_bytes(out / SETTINGS_FILE, (json.dumps(dataclasses.asdict(settings), indent=2) + "\n").encode())
+
+
+def read_settings(folder: Path) -> RenderSettings | None:
+    """The settings that a folder was rendered with, or None where it was not rendered here."""
+    path = folder / SETTINGS_FILE
+    if not path.exists():
+        return None
+    try:
+        return RenderSettings(**json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise DataError(
+            f"{path}: expected the settings of a rendering, found {error}; render into a new folder"
+        ) from error

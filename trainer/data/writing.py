@@ -1,0 +1,44 @@
+"""Files that appear whole or not at all: written beside their place, then renamed into it."""
+
+import io
+import os
+from pathlib import Path
+
+from PIL import Image
+
+from trainer.errors import StorageError
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Writes a file and, if need be, its folder.
+
+    Raises StorageError, and leaves what was there before, where the disk is full or the place cannot be written.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_bytes(content)
+        os.replace(beside, path)
+    except OSError as error:
+        _discard(beside)
+        raise StorageError(
+            f"could not write {path} ({len(content)} bytes): {error.strerror or error}. "
+            "Make room or choose another place, then run the same command again; finished files are kept."
+        ) from error
+    except BaseException:
+        _discard(beside)
+        raise
+
+
+def write_png(path: Path, picture: Image.Image) -> None:
+    """Writes a PNG, lightly compressed; see `write_bytes`."""
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG", compress_level=1)
+    write_bytes(path, buffer.getvalue())
+
+
+def _discard(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:
+        return
