@@ -1,0 +1,80 @@
+"""Proof that torch and onnxruntime say the same."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import onnxruntime
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from exporter.errors import ExportError
+
+LARGEST_ERROR: Final = 1e-4
+"""Largest difference that is still rounding: vertices are in diagonals of the object, angles in radians."""
+
+# Where the two best bins are this close, rounding decides which is best, and either azimuth is right.
+_TIE: Final = 1e-5
+
+Array = NDArray[np.float32]
+
+
+def run_torch(graph: nn.Module, example: Tensor, names: Sequence[str]) -> dict[str, Array]:
+    """The outputs of a graph module, by name."""
+    with torch.inference_mode():
+        outputs = graph.eval()(example)
+    return {name: output.numpy() for name, output in zip(names, outputs, strict=True)}
+
+
+def run_onnx(graph: bytes, example: Tensor, names: Sequence[str]) -> dict[str, Array]:
+    """The outputs of an ONNX graph with one input, by name."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+    feed = {session.get_inputs()[0].name: example.numpy()}
+    return dict(zip(names, session.run(list(names), feed), strict=True))
+
+
+def measure_parity(
+    module: nn.Module, graph: bytes, examples: Sequence[Tensor], names: Sequence[str]
+) -> dict[str, float]:
+    """The largest absolute difference of each output over all examples, which may differ in batch size.
+
+    Raises:
+        ExportError: a difference is larger than LARGEST_ERROR, or not a number.
+    """
+    errors = dict.fromkeys(names, 0.0)
+    for example in examples:
+        expected, found = run_torch(module, example, names), run_onnx(graph, example, names)
+        for name in names:
+            difference = _difference(name, expected, found)
+            # Not max(): it would let a not-a-number pass.
+            if not difference <= LARGEST_ERROR:
+                raise ExportError(
+                    f"{name}: expected torch and onnxruntime to agree within {LARGEST_ERROR:g}, found a difference of "
+                    f"{difference:.3g} at batch size {len(example)}; nothing was written: train the model further if "
+                    "it holds numbers that are not finite, and else install the versions that pyproject.toml names"
+                )
+            errors[name] = max(errors[name], difference)
+    return errors
+
+
+def _difference(name: str, expected: Mapping[str, Array], found: Mapping[str, Array]) -> float:
+    if expected[name].shape != found[name].shape:
+        return math.inf
+    difference = np.abs(expected[name] - found[name])
+    if name == "azimuth":
+        difference = np.minimum(difference, np.abs(2 * math.pi - difference))
+        difference = difference[top_margin(expected["azimuth_probabilities"]) > _TIE]
+    return float(difference.max(initial=0.0))
+
+
+def top_margin(probabilities: Array) -> Array:
+    """How far the most probable bin is ahead of the next [B], for probabilities [B, R]; 1 where there is one bin."""
+    if probabilities.shape[1] == 1:
+        return np.ones(len(probabilities), np.float32)
+    ordered = np.sort(probabilities, 1)
+    margin: Array = ordered[:, -1] - ordered[:, -2]
+    return margin

@@ -1,0 +1,4 @@
+"""The service: from a bundle to HTTP. A picture goes in, a mesh with its camera and lights comes out.
+
+Needs onnxruntime, numpy, Pillow and FastAPI; never torch, never the trainer, never the exporter.
+"""

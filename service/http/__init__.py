@@ -1,0 +1,1 @@
+"""What `service.app` needs of HTTP: problems, limits, negotiation, the upload, and the documentation page."""

@@ -1,0 +1,72 @@
+"""A limit on the size of request bodies, kept while they stream in."""
+
+from asyncio import timeout
+from http import HTTPStatus
+from typing import Final
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.http.problem import HttpError
+
+# A client that is still sending does not read the answer, and a closed connection would destroy it on its way. So what
+# comes beyond the limit is thrown away for a while, and the answer follows.
+_DISCARDED_BYTES: Final = 64 * 2**20
+_DISCARDING_SECONDS: Final = 5.0
+
+
+class BodyLimit:
+    """ASGI middleware: whoever reads a body of more than `limit` bytes gets an HttpError 413 instead of the excess.
+
+    A declared length is refused before anything is kept, an undeclared one (chunked) as soon as it passes the limit.
+    """
+
+    def __init__(self, app: ASGIApp, limit: int) -> None:
+        self.app = app
+        self.limit = limit
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        headers = dict(scope["headers"])
+        length = headers.get(b"content-length", b"")
+        declared = int(length) if length.isdigit() else None
+        asks_first = headers.get(b"expect", b"").lower() == b"100-continue"
+        received = 0
+
+        async def limited() -> Message:
+            nonlocal received
+            if declared is not None and declared > self.limit:
+                # Who asks first (Expect: 100-continue) has not begun to send.
+                if not asks_first:
+                    await _discard(receive)
+                raise self._refusal(f"{declared}")
+            message = await receive()
+            received += len(message.get("body", b""))
+            if received > self.limit:
+                if message.get("more_body", False):
+                    await _discard(receive)
+                raise self._refusal("more")
+            return message
+
+        await self.app(scope, limited, send)
+
+    def _refusal(self, found: str) -> HttpError:
+        return HttpError(
+            HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+            "upload-too-large",
+            f"expected a body of at most {self.limit} bytes, found {found}; send a smaller picture",
+        )
+
+
+async def _discard(receive: Receive) -> None:
+    discarded = 0
+    try:
+        async with timeout(_DISCARDING_SECONDS):
+            more = True
+            while more and discarded < _DISCARDED_BYTES:
+                message = await receive()
+                discarded += len(message.get("body", b""))
+                more = message["type"] == "http.request" and message.get("more_body", False)
+    except TimeoutError:
+        return

@@ -1,0 +1,214 @@
+"""The manifest of a bundle: what the model is, which picture it expects, and what the graphs return.
+
+The manifest is the only place where numbers travel from training to service. It holds data, no formulas: all model
+mathematics is inside the graphs.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Annotated, Final, Literal
+
+import pydantic_core
+from pydantic import ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
+
+from service.errors import BundleError
+
+FORMAT_VERSION: Final = 1
+ENCODER_FILE: Final = "encoder.onnx"
+DECODER_FILE: Final = "decoder.onnx"
+PROBE_FILE: Final = "probe.npz"
+DATA_FILES: Final = (ENCODER_FILE, DECODER_FILE, PROBE_FILE)
+
+ENCODER_INPUT: Final = "images"
+ENCODER_OUTPUTS: Final = (
+    "shape_mean",
+    "shape_deviation",
+    "azimuth_probabilities",
+    "azimuth_fine_mean",
+    "azimuth_fine_deviation",
+    "azimuth",
+)
+DECODER_INPUT: Final = "shape_codes"
+DECODER_OUTPUTS: Final = ("vertices", "normals")
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
+Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Degrees = Annotated[float, Field(ge=-360, le=360)]
+Elevation = Annotated[float, Field(ge=-90, le=90)]
+Intensity = Annotated[float, Field(ge=0, le=100)]
+Colour = tuple[Intensity, Intensity, Intensity]
+Index = Annotated[int, Field(ge=0, le=10_000_000)]
+Count = Annotated[int, Field(ge=1, le=10_000_000)]
+Side = Annotated[int, Field(ge=8, le=4096)]
+
+_STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Conventions:
+    """The conventions that graphs, manifest and GLB share. Another value is another format: it is refused."""
+
+    frame: Literal["right-handed, +Y up, +Z front, counter-clockwise faces outward"] = (
+        "right-handed, +Y up, +Z front, counter-clockwise faces outward"
+    )
+    scale: Literal["centred on the bounding box, unit diagonal"] = "centred on the bounding box, unit diagonal"
+    azimuth: Literal["right-handed rotation of the object about +Y"] = "right-handed rotation of the object about +Y"
+    lights: Literal["from the surface towards the light, Lambert, double-sided, fixed to the camera"] = (
+        "from the surface towards the light, Lambert, double-sided, fixed to the camera"
+    )
+    graph_angles: Literal["radians"] = "radians"
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Picture:
+    """The picture that the encoder expects: float32 [B, 3, height, width]."""
+
+    width: Side
+    height: Side
+    file_colour: Literal["sRGB"] = "sRGB"
+    graph_colour: Literal["linear, 0 to 1"] = "linear, 0 to 1"
+    channels: Literal["RGB, row 0 on top"] = "RGB, row 0 on top"
+    background: Literal["black"] = "black"
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Camera:
+    """A perspective camera on the +Z side that looks at the origin; distance in bounding-box diagonals."""
+
+    elevation_degrees: Elevation
+    distance: Annotated[float, Field(gt=0, le=1000)]
+    field_of_view_degrees: Annotated[float, Field(gt=0, lt=180)]
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Light:
+    """A directional light, placed relative to the camera: azimuth 0 is the camera's side, 90 is +X."""
+
+    azimuth_degrees: Degrees
+    elevation_degrees: Elevation
+    colour: Colour
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Block:
+    """A part of the mesh: `face_count` consecutive faces from `first_face` on."""
+
+    name: Name
+    first_face: Index
+    face_count: Count
+
+
+@dataclass(frozen=True, config=_STRICT)
+class Manifest:
+    """Everything that the service knows about a model beside its graphs."""
+
+    format_version: Literal[1]
+    category: Name
+    identity: Digest
+    """sha256 over the digests of the two graphs: equal models, and only they, share it."""
+    conventions: Conventions
+    picture: Picture
+    camera: Camera
+    lights: Annotated[tuple[Light, ...], Field(max_length=64)]
+    ambient: Colour
+    azimuth_bin_centres_degrees: Annotated[tuple[Degrees, ...], Field(min_length=1, max_length=3600)]
+    """Centres of the coarse azimuth bins, offset included."""
+    azimuth_offset_degrees: Degrees
+    """The offset δ that the exporter baked into the graphs: predicted azimuth + δ, object turned by −δ."""
+    latent: Annotated[int, Field(ge=1, le=65536)]
+    vertices: Annotated[int, Field(ge=3, le=10_000_000)]
+    training: dict[str, JsonValue]
+    metrics: dict[str, JsonValue]
+    parity: dict[str, Annotated[float, Field(ge=0)]]
+    """Largest absolute difference between torch and onnxruntime, per output of the graphs."""
+    files: dict[str, Digest]
+    """sha256 of every other file of the bundle."""
+    blocks: Annotated[tuple[Block, ...], Field(min_length=1, max_length=1024)]
+    faces: Annotated[tuple[tuple[Index, Index, Index], ...], Field(min_length=1, max_length=2_000_000)]
+
+
+_ADAPTER = TypeAdapter(Manifest)
+
+
+def model_identity(digests: Mapping[str, str]) -> str:
+    """The identity of a model, from the sha256 digests of its files (hexadecimal, by file name)."""
+    return hashlib.sha256(f"{digests[ENCODER_FILE]} {digests[DECODER_FILE]}".encode()).hexdigest()
+
+
+def tensor_shapes(manifest: Manifest) -> dict[str, tuple[int, ...]]:
+    """The shape, without the batch axis, of every input and output of the two graphs."""
+    return {
+        "images": (3, manifest.picture.height, manifest.picture.width),
+        "shape_mean": (manifest.latent,),
+        "shape_deviation": (manifest.latent,),
+        "azimuth_probabilities": (len(manifest.azimuth_bin_centres_degrees),),
+        "azimuth_fine_mean": (),
+        "azimuth_fine_deviation": (),
+        "azimuth": (),
+        "shape_codes": (manifest.latent,),
+        "vertices": (manifest.vertices, 3),
+        "normals": (manifest.vertices, 3),
+    }
+
+
+def encode_manifest(manifest: Manifest) -> bytes:
+    """The manifest as JSON text."""
+    return _ADAPTER.dump_json(manifest, indent=1)
+
+
+def decode_manifest(text: bytes, where: str) -> Manifest:
+    """The manifest that a JSON text holds; `where` names the file in messages.
+
+    Raises:
+        BundleError: not JSON, another format version, an unknown, missing or wrong field, or fields that contradict
+            each other.
+    """
+    try:
+        raw = pydantic_core.from_json(text)
+    except ValueError as error:
+        raise BundleError(f"{where}: expected JSON, found something else ({error}); export the bundle again") from None
+    version = raw.get("format_version") if isinstance(raw, dict) else None
+    if version != FORMAT_VERSION or isinstance(version, bool):
+        raise BundleError(
+            f"{where}: expected format_version {FORMAT_VERSION}, found {str(version)[:40]}; "
+            "export the model with the exporter of this release, or use the service of the release that wrote it"
+        )
+    try:
+        manifest = _ADAPTER.validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field = ".".join(str(part) for part in first["loc"]) or "the whole file"
+        found = str(first["input"])[:60]
+        raise BundleError(f"{where}: {field}: {first['msg']}, found {found}; export the bundle again") from None
+    _check_consistency(manifest, where)
+    return manifest
+
+
+def _check_consistency(manifest: Manifest, where: str) -> None:
+    if set(manifest.files) != set(DATA_FILES):
+        raise BundleError(
+            f"{where}: files should name just {', '.join(DATA_FILES)}, found {', '.join(sorted(manifest.files))[:99]}; "
+            "export the bundle again"
+        )
+    if manifest.identity != model_identity(manifest.files):
+        raise BundleError(f"{where}: identity does not belong to the graphs' digests; export the bundle again")
+    highest = max(max(face) for face in manifest.faces)
+    if highest >= manifest.vertices:
+        raise BundleError(
+            f"{where}: faces should refer to vertices 0 to {manifest.vertices - 1}, found {highest}; "
+            "export the bundle again"
+        )
+    expected_first = 0
+    for block in manifest.blocks:
+        if block.first_face != expected_first:
+            raise BundleError(
+                f"{where}: block {block.name} should begin at face {expected_first}, found {block.first_face}; "
+                "export the bundle again"
+            )
+        expected_first += block.face_count
+    if expected_first != len(manifest.faces):
+        raise BundleError(
+            f"{where}: the blocks should cover {len(manifest.faces)} faces, found {expected_first}; "
+            "export the bundle again"
+        )

@@ -1,0 +1,39 @@
+"""A small model as training leaves it."""
+
+import math
+from pathlib import Path
+
+import pytest
+import torch
+
+from exporter.export import export
+from trainer.config import CameraConfig, ModelConfig, SceneConfig, TrainConfig
+from trainer.model.vae import Model
+from trainer.training.checkpoint import Checkpoint
+
+
+def small_checkpoint() -> Checkpoint:
+    torch.manual_seed(3)
+    config = TrainConfig(
+        width=64, height=48, model=ModelConfig(latent=5, azimuth_bins=7, encoder_channels=(4, 4, 4, 8, 8, 8))
+    )
+    model = Model(config.model, config.width, config.height).eval()
+    with torch.no_grad():
+        model.decoder.displacements.weight.mul_(40)
+        model.heads.azimuth_logits.weight.mul_(100)
+    scene = SceneConfig(width=64, height=48, camera=CameraConfig(elevation_degrees=20.0))
+    return Checkpoint(config, scene, "car", 12, model, {}, {"seconds": 1.5, "validation": {"likelihood": -3.0}})
+
+
+@pytest.fixture
+def checkpoint() -> Checkpoint:
+    """A checkpoint of the test's own."""
+    return small_checkpoint()
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bundle of that checkpoint, offset 25°; to be read only."""
+    directory = tmp_path_factory.mktemp("exported") / "deep" / "car"
+    export(small_checkpoint(), directory, math.radians(25), {"iou": 0.6})
+    return directory

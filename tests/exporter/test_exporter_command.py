@@ -1,0 +1,67 @@
+"""`python -m exporter` from a checkpoint on disk."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from service.bundle import read_bundle
+from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
+
+
+def run(*options: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "exporter", *map(str, options)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_a_run_directory_becomes_a_bundle(checkpoint: Checkpoint, tmp_path: Path) -> None:
+    save_checkpoint(tmp_path / "run" / FILE_NAME, checkpoint)
+    (tmp_path / "metrics.json").write_text(json.dumps({"iou": 0.6, "azimuth_offset_degrees": -35.5}))
+    result = run("--checkpoint", tmp_path / "run", "--output", tmp_path / "car", "--metrics", tmp_path / "metrics.json")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    assert "car, 98 vertices, azimuth offset -35.5°; torch and onnxruntime differ by at most" in result.stdout
+    manifest = read_bundle(tmp_path / "car").manifest
+    assert manifest.azimuth_offset_degrees == -35.5
+    assert manifest.metrics == {"iou": 0.6, "azimuth_offset_degrees": -35.5}
+    result = run(
+        "--checkpoint", tmp_path / "run" / FILE_NAME, "--output", tmp_path / "car", "--azimuth-offset-degrees", "90"
+    )
+    assert result.returncode == 0, result.stderr
+    assert read_bundle(tmp_path / "car").manifest.azimuth_offset_degrees == 90
+
+
+@pytest.mark.parametrize(
+    ("metrics", "options", "sentence"),
+    [
+        (None, ["--metrics", "absent.json"], "absent.json: expected a metrics.json, found: No such file"),
+        (
+            "{}",
+            ["--metrics", "metrics.json"],
+            "metrics.json: expected azimuth_offset_degrees from -360 to 360, found None",
+        ),
+        ("[]", ["--metrics", "metrics.json"], "expected a JSON object, found a list"),
+        ('{"iou": NaN}', ["--metrics", "metrics.json"], "expected JSON with finite numbers, found: NaN"),
+        ("{}", ["--metrics", "metrics.json", "--azimuth-offset-degrees", "1"], "found both; name one of them"),
+        (None, ["--azimuth-offset-degrees", "1000"], "expected azimuth_offset_degrees from -360 to 360, found 1000"),
+        (None, [], "Expected a checkpoint at"),
+    ],
+)
+def test_wrong_options_are_named(tmp_path: Path, metrics: str | None, options: list[str], sentence: str) -> None:
+    if metrics is not None:
+        (tmp_path / "metrics.json").write_text(metrics)
+    options = [str(tmp_path / option) if option.endswith(".json") else option for option in options]
+    result = run("--checkpoint", tmp_path / "absent", "--output", tmp_path / "car", *options)
+    assert result.returncode == 2
+    assert sentence in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not (tmp_path / "car").exists()
+
+
+def test_help_explains_every_option() -> None:
+    result = run("--help")
+    assert result.returncode == 0
+    for word in ("--checkpoint", "--output", "--azimuth-offset-degrees", "--metrics", "degrees"):
+        assert word in result.stdout

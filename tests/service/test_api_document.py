@@ -1,0 +1,26 @@
+"""docs/api.md names everything that there is."""
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+from service.app import create_app
+from service.catalogue import Catalogue
+from service.http.schema import AnswerBody
+from service.report import PosteriorReport
+from service.settings import Settings
+
+TEXT = (Path(__file__).parents[2] / "docs" / "api.md").read_text()
+
+
+def test_every_path_field_and_variable_is_named() -> None:
+    paths = {route.path for route in create_app(Catalogue(()), Settings()).routes}
+    names = {field.name for field in (*fields(AnswerBody), *fields(PosteriorReport))}
+    variables = {f"CHIARO_{name.upper()}" for name in Settings.model_fields}
+    for name in paths | names | variables:
+        assert re.search(rf"`[^`]*{re.escape(name)}\b[^`]*`", TEXT), name
+
+
+def test_no_variable_is_named_that_is_not_there() -> None:
+    named = set(re.findall(r"CHIARO_(\w+)", TEXT))
+    assert named == {name.upper() for name in Settings.model_fields}
