@@ -202,10 +202,8 @@ def _rasterise(points, depth_plane, triangle, left, top, nearness, owner):  # ty
         for edge in range(3):
             if y_start[edge] <= y < y_end[edge]:
                 x = x_start[edge] + (y - y_start[edge]) * slope[edge]
-                if x < x_low:
-                    x_low = x
-                if x > x_high:
-                    x_high = x
+                x_low = min(x_low, x)
+                x_high = max(x_high, x)
         first, last = _first_sample(x_low - left, width), _first_sample(x_high - left, width)
         if last <= first:
             continue

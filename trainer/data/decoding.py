@@ -1,10 +1,10 @@
 """One picture file, decoded, composited over black and scaled to fit."""
 
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32, UInt8
+from numba import njit
 from numpy import ndarray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
@@ -44,24 +44,32 @@ def _linear(picture: Image.Image) -> Float32[ndarray, "H W 3"]:
 
 
 def scaled_to_fit(linear: Float32[ndarray, "h w 3"], width: int, height: int) -> Float32[ndarray, "H W 3"]:
-    """Scaled, in aspect, to the largest size that fits, each pixel the mean over its area; centred on black."""
-    rows, columns, _ = linear.shape
-    scale = min(width / columns, height / rows)
-    inner_width, inner_height = max(1, round(columns * scale)), max(1, round(rows * scale))
-    across, down = _area_weights(columns, inner_width), _area_weights(rows, inner_height)
-    reduced = np.einsum("Hh,hwc->Hwc", down, linear, optimize=True)
-    reduced = np.einsum("Ww,Hwc->HWc", across, reduced, optimize=True)
-    canvas = np.zeros((height, width, 3), np.float32)
-    top, left = (height - inner_height) // 2, (width - inner_width) // 2
-    canvas[top : top + inner_height, left : left + inner_width] = reduced
-    return canvas
+    """Scaled, in aspect, to the largest size that fits, and centred on black: each pixel is the mean over its area.
+
+    Centring is exact, so that the outermost pixels of the picture may be mixed with the black around it.
+    """
+    scale = min(width / linear.shape[1], height / linear.shape[0])
+    scaled: Float32[ndarray, "H W 3"] = _area_means(linear, width, height, scale)
+    return scaled
 
 
-@lru_cache(maxsize=64)
-def _area_weights(size: int, target: int) -> Float32[ndarray, "target size"]:
-    """How much of each source pixel lies under each target pixel; rows sum to one."""
-    edges = np.linspace(0, size, target + 1)[:, None]
-    pixels = np.arange(size)[None]
-    overlap = np.minimum(edges[1:], pixels + 1) - np.maximum(edges[:-1], pixels)
-    weights: Float32[ndarray, "target size"] = (np.maximum(overlap, 0.0) * target / size).astype(np.float32)
-    return weights
+@njit(nogil=True, cache=True)
+def _area_means(linear, width, height, scale):  # type: ignore[no-untyped-def]
+    scaled = np.zeros((height, width, 3), np.float32)
+    total = np.empty(3)
+    for row in range(height):
+        low_y = max((row - height / 2) / scale + linear.shape[0] / 2, 0.0)
+        high_y = min((row + 1 - height / 2) / scale + linear.shape[0] / 2, float(linear.shape[0]))
+        for column in range(width):
+            low_x = max((column - width / 2) / scale + linear.shape[1] / 2, 0.0)
+            high_x = min((column + 1 - width / 2) / scale + linear.shape[1] / 2, float(linear.shape[1]))
+            total[:] = 0.0
+            for y in range(int(low_y), int(np.ceil(high_y))):
+                weight_y = min(high_y, y + 1.0) - max(low_y, float(y))
+                for x in range(int(low_x), int(np.ceil(high_x))):
+                    weight = weight_y * (min(high_x, x + 1.0) - max(low_x, float(x)))
+                    for channel in range(3):
+                        total[channel] += weight * linear[y, x, channel]
+            for channel in range(3):
+                scaled[row, column, channel] = total[channel] * scale * scale
+    return scaled
