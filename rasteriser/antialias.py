@@ -89,7 +89,7 @@ def cut_at_pixels(x0, y0, x1, y1, width, height, cuts, kinds):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def perimeter_position(x, y):
-    """Where the ray from the square's centre through (x, y) leaves the square: 0 to 4 counter-clockwise, a unit a side."""
+    """Where the ray from the square's centre through (x, y) leaves it: 0 to 4 counter-clockwise, a unit a side."""
     if abs(x) >= abs(y):
         if x == 0.0:
             return 0.0
@@ -108,7 +108,7 @@ def shadow_area(ax, ay, bx, by):
 def is_hidden(lines, planes, sides, face_edges, edge_faces, visible, edge, x, y, w, ix, iy):
     """Whether the face seen at pixel (ix, iy) covers the point (x, y) of an edge and lies in front of it."""
     face = visible[iy + 1, ix + 1]
-    if face == NOTHING or face == edge_faces[edge, 0] or face == edge_faces[edge, 1]:  # noqa: PLR1714
+    if face == NOTHING or face == edge_faces[edge, 0] or face == edge_faces[edge, 1]:
         return False
     in_front = plane_value(planes, face, 0, x, y) > w * (1.0 + DEPTH_MARGIN)
     return in_front and touches(lines, face_edges, sides, face, x, y)

@@ -1,8 +1,8 @@
 """Which face each pixel centre sees.
 
-Everything here is linear on the screen. A *line* (a, b, c) is the function a·x + b·y + c that vanishes on an edge; it is
-computed once per edge from its vertices in a fixed order, so that the two faces at an edge, and the antialiasing later,
-take bit-identical decisions on which side a point lies. A *plane* (p, q, r) is p + q·x + r·y.
+Everything here is linear on the screen. A *line* (a, b, c) is the function a·x + b·y + c that vanishes on an edge; it
+is computed once per edge from its vertices in a fixed order, so that the two faces at an edge, and the antialiasing
+later, take bit-identical decisions on which side a point lies. A *plane* (p, q, r) is p + q·x + r·y.
 """
 
 import numpy as np

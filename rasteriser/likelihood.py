@@ -21,6 +21,8 @@ FloatArray = npt.NDArray[np.float32]
 
 
 class Gradients(NamedTuple):
+    """Of pictures or log-likelihoods of N meshes."""
+
     screen: FloatArray
     """[N, V, 3] with respect to x, y and inverse depth."""
     colours: FloatArray
@@ -116,9 +118,10 @@ def _log_likelihoods(threads, screen, colours, topology, pictures, per_picture, 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
-    threads, screen, colours, topology, pictures, per_picture, scales, screen_out, colours_out
+    threads, screen, colours, topology, pictures, per_picture, scales, values_out, screen_out, colours_out
 ):
     wanted = np.flatnonzero(scales)
+    values_out[:] = 0.0
     screen_out[:] = 0.0
     colours_out[:] = 0.0
     for thread in prange(threads):
@@ -126,7 +129,7 @@ def _log_likelihood_gradients(
         for i in range(thread, len(wanted), threads):
             n = wanted[i]
             picture = pictures[n // per_picture]
-            _log_likelihood_and_gradient(screen[n], colours[n], topology, picture, workspace, scales[n])
+            values_out[n] = _log_likelihood_and_gradient(screen[n], colours[n], topology, picture, workspace, scales[n])
             screen_out[n] = workspace[8]
             colours_out[n] = workspace[9]
 
@@ -195,15 +198,18 @@ def log_likelihood(
 
 def log_likelihood_gradient(
     screen: FloatArray, colours: FloatArray, topology: Topology, pictures: FloatArray, scales: npt.NDArray[np.float64]
-) -> Gradients:
-    """Gradients of Σ_n scales_n · log p_n. Meshes whose scale is 0 cost nothing. Raises as `draw` does."""
+) -> tuple[npt.NDArray[np.float64], Gradients]:
+    """log p_n [N], and the gradients of Σ_n scales_n · log p_n. Meshes whose scale is 0 cost nothing, and their log p
+    is given as 0. Raises as `draw` does."""
     screen, colours = _checked(screen, colours, topology)
+    values = np.empty(len(screen))
     gradients = Gradients(np.empty_like(screen), np.empty_like(colours))
     per_picture = _hypotheses(len(screen), len(pictures))
     pictures = np.ascontiguousarray(pictures, np.float32)
     scales = np.ascontiguousarray(scales, np.float64)
-    _log_likelihood_gradients(get_num_threads(), screen, colours, _contiguous(topology), pictures, per_picture, scales, *gradients)
-    return gradients
+    mesh, threads = _contiguous(topology), get_num_threads()
+    _log_likelihood_gradients(threads, screen, colours, mesh, pictures, per_picture, scales, values, *gradients)
+    return values, gradients
 
 
 def _checked(screen: FloatArray, colours: FloatArray, topology: Topology) -> tuple[FloatArray, FloatArray]:

@@ -4,8 +4,8 @@ Reduction is linear, so the pyramid of the residual is all that is needed. With 
 
     log p = -1/2 Σ_l 4^l |r_l|²   (constants left out),   r_0 = r,  r_{l+1} = r_l * k_G at every second pixel.
 
-k_G is the binomial kernel [1 4 6 4 1]/16 in rows and columns; the border is reflected (index -1 is index 1). A level of n
-pixels reduces to ceil(n / 2); the last level has one pixel in its smaller dimension.
+k_G is the binomial kernel [1 4 6 4 1]/16 in rows and columns; the border is reflected (index -1 is index 1). A level
+of n pixels reduces to ceil(n / 2); the last level has one pixel in its smaller dimension.
 """
 
 import numpy as np
@@ -51,7 +51,7 @@ def reduce_level(fine, rows, columns, coarse, half):
         row = half[j * columns : (j + 1) * columns]
         out = coarse[j * coarse_columns : (j + 1) * coarse_columns]
         for i in range(coarse_columns):
-            if 0 < i and 2 * i + 2 < columns:
+            if i > 0 and 2 * i + 2 < columns:
                 out[i] = (
                     CENTRE * row[2 * i]
                     + NEXT * (row[2 * i - 1] + row[2 * i + 1])

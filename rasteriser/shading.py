@@ -1,7 +1,7 @@
 """Perspective-correct Gouraud colours at pixel centres, and their adjoint.
 
-The colour of a face at a point is N_c / w, both planes of the face (`coverage.set_up_faces`). Gradients are gathered per
-plane and turned into gradients of vertices and colours once per face.
+The colour of a face at a point is N_c / w, both planes of the face (`coverage.set_up_faces`). Gradients are gathered
+per plane and turned into gradients of vertices and colours once per face.
 """
 
 import numpy as np

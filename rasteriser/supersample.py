@@ -65,7 +65,7 @@ def render(
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _render(corners, colours, focal_length, width, height, supersampling):  # type: ignore[no-untyped-def]
+def _render(corners, colours, focal_length, width, height, supersampling):
     faces, channels = colours.shape[0], colours.shape[2]
     # A face that crosses the near plane leaves at most two triangles; all others leave one.
     screen = np.empty((2 * faces, 3, 2))
@@ -90,7 +90,7 @@ def _render(corners, colours, focal_length, width, height, supersampling):  # ty
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _project(corners, colours, focal_length, width, height, supersampling, screen, planes):  # type: ignore[no-untyped-def]
+def _project(corners, colours, focal_length, width, height, supersampling, screen, planes):
     """Clips at the near plane, projects to samples, and returns the number of triangles written."""
     channels = colours.shape[2]
     polygon = np.empty((4, 3 + channels))
@@ -110,7 +110,7 @@ def _project(corners, colours, focal_length, width, height, supersampling, scree
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _clip(corner, colour, polygon):  # type: ignore[no-untyped-def]
+def _clip(corner, colour, polygon):
     """Writes what remains beyond the near plane, [sides, xyz + colour]; returns the number of its sides, 0, 3 or 4."""
     channels = colour.shape[1]
     beyond = 0
@@ -141,7 +141,7 @@ def _clip(corner, colour, polygon):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _plane_equations(points, polygon, fan, plane):  # type: ignore[no-untyped-def]
+def _plane_equations(points, polygon, fan, plane):
     """1/z and colour/z as affine functions (∂x, ∂y, constant) of the sample position; False if there are none."""
     x0, y0 = points[0, 0], points[0, 1]
     x1, y1 = points[1, 0] - x0, points[1, 1] - y0
@@ -163,13 +163,13 @@ def _plane_equations(points, polygon, fan, plane):  # type: ignore[no-untyped-de
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _first_sample(position, limit):  # type: ignore[no-untyped-def]
+def _first_sample(position, limit):
     """Index of the first sample whose centre is at or beyond `position`, within [0, limit]."""
     return int(min(max(np.ceil(position - 0.5), 0.0), float(limit)))
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _bounds(screen, width, height):  # type: ignore[no-untyped-def]
+def _bounds(screen, width, height):
     left, right, top, bottom = width, 0, height, 0
     for triangle in range(screen.shape[0]):
         for corner in range(3):
@@ -181,7 +181,7 @@ def _bounds(screen, width, height):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _rasterise(points, depth_plane, triangle, left, top, nearness, owner):  # type: ignore[no-untyped-def]
+def _rasterise(points, depth_plane, triangle, left, top, nearness, owner):
     """Marks the samples of one triangle that are nearer than what the buffers hold."""
     height, width = owner.shape
     # Each edge from its upper to its lower corner, whatever the face's winding: two faces that share an edge then
@@ -216,7 +216,7 @@ def _rasterise(points, depth_plane, triangle, left, top, nearness, owner):  # ty
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _resolve(owner, planes, left, top, supersampling, colour, alpha):  # type: ignore[no-untyped-def]
+def _resolve(owner, planes, left, top, supersampling, colour, alpha):
     """Averages the samples of each pixel."""
     channels = colour.shape[2]
     weight = 1.0 / (supersampling * supersampling)

@@ -23,10 +23,9 @@ from trainer.config import SceneConfig
 from trainer.data.meshes import load_mesh, mesh_files
 from trainer.data.picture import draw
 from trainer.data.shapes.solid import Mesh
-from trainer.data.srgb import decode_table
+from trainer.data.srgb import decode_table, encode
 from trainer.data.writing import write_bytes, write_png
 from trainer.evaluation.sheet import write_sheet
-from trainer.data.srgb import encode
 
 CATEGORY = "car"
 SIDES_DEGREES = (-45.0, 135.0)
@@ -36,7 +35,9 @@ SECONDS_TO_START = 60.0
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, required=True, help="folder for everything that the demo makes")
-    parser.add_argument("--real-meshes", type=Path, default=Path("../shared/meshes") / CATEGORY, help="mesh files, if any")
+    parser.add_argument(
+        "--real-meshes", type=Path, default=Path("../shared/meshes") / CATEGORY, help="mesh files, if any"
+    )
     parser.add_argument("--pictures", type=int, default=4000, help="training pictures, one of each object")
     parser.add_argument("--steps", type=int, default=0, help="training steps; 0 means the preset's")
     arguments = parser.parse_args()
@@ -137,7 +138,9 @@ def reconstruct(address: str, picture: Path) -> tuple[bytes, float]:
     """(GLB, azimuth in degrees) of a picture, through POST /reconstruct."""
     boundary = "picture-follows"
     head = f'--{boundary}\r\nContent-Disposition: form-data; name="image"; filename="{picture.name}"\r\n'
-    body = head.encode() + b"Content-Type: image/png\r\n\r\n" + picture.read_bytes() + f"\r\n--{boundary}--\r\n".encode()
+    body = (
+        head.encode() + b"Content-Type: image/png\r\n\r\n" + picture.read_bytes() + f"\r\n--{boundary}--\r\n".encode()
+    )
     glb, headers = fetch(f"{address}/reconstruct", body, f"multipart/form-data; boundary={boundary}")
     return glb, float({name.lower(): value for name, value in headers.items()}["chiaro-azimuth-degrees"])
 
@@ -150,20 +153,24 @@ def comparison(picture: Path, glb: Path, azimuth_degrees: float) -> list[np.ndar
     smooth = np.asarray(loaded.vertex_normals, np.float64)[mesh.faces]
     with Image.open(picture) as opened:
         given = decode_table()[np.asarray(opened.convert("RGB").resize((scene.width, scene.height)))]
-    views = [draw(mesh, np.radians(angle), 0.0, scene, normals=smooth)[0] for angle in (azimuth_degrees, *SIDES_DEGREES)]
+    views = [
+        draw(mesh, np.radians(angle), 0.0, scene, normals=smooth)[0] for angle in (azimuth_degrees, *SIDES_DEGREES)
+    ]
     return [given, *views]
 
 
 def summary(out: Path, metrics: dict[str, object]) -> str:
     lines = [
         "",
-        f"{out}/metrics.json        IoU {metrics['iou']:.2f} (mean shape {metrics['mean_shape_iou']:.2f}), azimuth error "
-        f"{metrics['azimuth_error_degrees']:.1f}°, within 30° {metrics['azimuth_accuracy']:.2f}, on unseen cars",
+        f"{out}/metrics.json        IoU {metrics['iou']:.2f} (mean shape {metrics['mean_shape_iou']:.2f}), "
+        f"azimuth error {metrics['azimuth_error_degrees']:.1f}°, within 30° {metrics['azimuth_accuracy']:.2f}, "
+        "on unseen cars",
     ]
     if "iou_real" in metrics:
         lines.append(
             f"{'':{len(str(out))}}                     IoU {metrics['iou_real']:.2f}, azimuth error "
-            f"{metrics['azimuth_error_degrees_real']:.1f}°, within 30° {metrics['azimuth_accuracy_real']:.2f}, on real meshes"
+            f"{metrics['azimuth_error_degrees_real']:.1f}°, within 30° {metrics['azimuth_accuracy_real']:.2f}, "
+            "on real meshes"
         )
     lines += [
         f"{out}/comparison.png      input | reconstruction from the same view | two other sides",

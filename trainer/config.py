@@ -68,6 +68,8 @@ class ModelConfig:
     """Width of the decoder's hidden layer (paper: 32, Appendix A)."""
     segments: int = 4
     """Segments along each edge of the subdivided cube (paper: 4, that is 98 vertices)."""
+    symmetric: bool = False
+    """Whether every shape is its own mirror image, left to right (not in the paper)."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     encoder_channels: tuple[int, int, int, int, int, int] = (32, 64, 96, 128, 128, 128)
@@ -84,27 +86,30 @@ class LossConfig:
     `paper` = the encoder's own ρ, by gradient, with prior matching (Eq. loss)."""
     pose_supervision: Literal["none", "azimuth"] = "none"
     """`azimuth` reads the true azimuth from metadata.csv ("iou | θ" in the paper)."""
-    kl_weight: float = 1.0
+    kl_weight: float = 16.0
     """Final weight β of the KL term (paper: 10³ at its own ε; see docs/paper.md)."""
-    kl_weight_start: float = 1.0
+    kl_weight_start: float = 124.0
     """Weight β at the first step; cools exponentially to `kl_weight`. Equal values mean constant, as in the paper."""
-    kl_cooling_steps: float = 1500.0
-    """Time constant of that cooling, steps."""
+    kl_cooling_steps: float = 300.0
+    """Time constant of that cooling, and of the Laplacian weight's, steps."""
     prior_matching_weight: float = 450.0
     """Weight α of batch prior matching, `paper` objective only (paper: 5·10⁵ at its own ε)."""
     temperature_start: float = 240.0
     """`exact` objective: temperature T of the E-step at the first step, in units of log-likelihood."""
     temperature: float = 24.0
     """`exact` objective: final temperature; cools exponentially."""
-    temperature_cooling_steps: float = 500.0
+    temperature_cooling_steps: float = 200.0
     """Time constant of that cooling, steps."""
     sinkhorn_iterations: int = 5
     """`exact` objective: rounds that balance the batch's posterior to the uniform prior."""
-    distillation_weight: float = 20.0
+    encoder_prior: float = 1.0
+    """`exact` objective: power to which the encoder's own ρ enters the E-step as a prior; 0 means a uniform one. What the
+    encoder has learnt from pictures that are clear then decides those that are not."""
+    distillation_weight: float = 80.0
     """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
-    laplacian_weight: float = 0.0
+    laplacian_weight: float = 80.0
     """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
-    laplacian_weight_start: float = 0.0
+    laplacian_weight_start: float = 4000.0
     """That weight at the first step; cools like the KL weight."""
 
 

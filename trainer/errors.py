@@ -1,10 +1,10 @@
 """The trainer's exceptions, one per boundary. Each message says what was expected, what was found, and what to do.
 
-    ChiaroError
-    ├── ConfigError       an option, a preset or a combination of options
-    ├── DataError         a picture, a mesh, a folder, metadata.csv
-    ├── CheckpointError   a run directory or a checkpoint
-    └── StorageError      a disk that is full or cannot be written
+ChiaroError
+├── ConfigError       an option, a preset or a combination of options
+├── DataError         a picture, a mesh, a folder, metadata.csv
+├── CheckpointError   a run directory or a checkpoint
+└── StorageError      a disk that is full or cannot be written
 """
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import math
 import types
 import typing
 from collections.abc import Mapping
@@ -10,6 +11,8 @@ from typing import Any, TypeVar
 from trainer.errors import ConfigError
 
 Settings = TypeVar("Settings")
+
+_KINDS = {int: "a whole number", float: "a finite number", bool: "true or false", str: "a text"}
 
 
 def to_mapping(settings: Any) -> dict[str, Any]:
@@ -23,8 +26,12 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def from_mapping(kind: type[Settings], mapping: Mapping[str, Any], where: str, default: Settings | None = None) -> Settings:
+def from_mapping(
+    kind: type[Settings], mapping: Mapping[str, Any], where: str, default: Settings | None = None
+) -> Settings:
     """A dataclass from a mapping; fields that are absent keep those of `default`, else their own default.
+
+    A whole number may be written as 3.0, and any number where a float is expected, as long as it is finite.
 
     Raises:
         ConfigError: an unknown key (the nearest valid one is named), a missing one, or a value of another type. `where`
@@ -68,11 +75,20 @@ def _typed(hint: Any, value: Any, where: str, inherited: Any) -> Any:
         kinds = arguments[:1] * len(value) if isinstance(value, list) and arguments[-1] is Ellipsis else arguments
         if not isinstance(value, list) or len(value) != len(kinds):
             raise ConfigError(f"{where}: expected a list of {len(kinds)} values, found {value!r}.")
-        return tuple(_typed(inner, item, where, None) for inner, item in zip(kinds, value, strict=True))
+        items = enumerate(zip(kinds, value, strict=True))
+        return tuple(_typed(inner, item, f"{where}[{index}]", None) for index, (inner, item) in items)
     if origin in (typing.Union, types.UnionType):
         inner = [argument for argument in arguments if argument is not type(None)]
         return None if value is None else _typed(inner[0], value, where, inherited)
-    accepted = (int, float) if hint is float else hint
-    if not isinstance(value, accepted) or (isinstance(value, bool) and hint is not bool):
-        raise ConfigError(f"{where}: expected {hint.__name__}, found {value!r}.")
-    return float(value) if hint is float else value
+    return _scalar(hint, value, where)
+
+
+def _scalar(kind: type[Any], value: Any, where: str) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is float and number and math.isfinite(value):
+        return float(value)
+    if kind is int and number and math.isfinite(value) and value == int(value):
+        return int(value)
+    if kind not in (int, float) and isinstance(value, kind):
+        return value
+    raise ConfigError(f"{where}: expected {_KINDS.get(kind, kind.__name__)}, found {value!r}.")

@@ -28,7 +28,8 @@ def test_fused_kernels_agree_with_the_reference(block: int) -> None:
         batch = scene.screen[None], scene.colours[None], scene.topology
         np.testing.assert_allclose(likelihood.draw(*batch, *scene.size)[0], picture, atol=1e-5, err_msg=f"seed {seed}")
         assert likelihood.log_likelihood(*batch, scene.target[None])[0] == pytest.approx(value, rel=1e-5), seed
-        gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1))
+        again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1))
+        assert again[0] == pytest.approx(value, rel=1e-5), seed
         for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
             tolerance = 1e-5 * max(1.0, np.abs(expected).max())
             np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=f"seed {seed}")
@@ -83,7 +84,9 @@ def test_a_wing_too_thin_for_any_pixel_centre_keeps_its_area() -> None:
 def test_an_empty_mesh_explains_a_picture_as_black() -> None:
     topology = build_topology(np.zeros((0, 3), np.int64))
     target = np.random.default_rng(0).uniform(size=(1, 3, 6, 8)).astype(np.float32)
-    value = likelihood.log_likelihood(np.zeros((1, 0, 3), np.float32), np.zeros((1, 0, 3), np.float32), topology, target)
+    value = likelihood.log_likelihood(
+        np.zeros((1, 0, 3), np.float32), np.zeros((1, 0, 3), np.float32), topology, target
+    )
     black = torch.zeros(3, 6, 8, dtype=torch.float64)
     assert value[0] == pytest.approx(reference.log_likelihood(black, torch.tensor(target[0]).double()).item(), rel=1e-6)
 
@@ -99,8 +102,9 @@ def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh() -> 
 def test_meshes_without_weight_get_no_gradient() -> None:
     scene = random_scene(3)
     pair = np.stack([scene.screen] * 2), np.stack([scene.colours] * 2), scene.topology
-    both = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([0.0, 2.0]))
-    one = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([1.0, 0.0]))
+    values, both = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([0.0, 2.0]))
+    (value, _), one = likelihood.log_likelihood_gradient(*pair, scene.target[None], np.array([1.0, 0.0]))
+    np.testing.assert_allclose(values, [0.0, value])
     assert not both.screen[0].any()
     assert not both.colours[0].any()
     np.testing.assert_allclose(both.screen[1], 2 * one.screen[0], rtol=1e-4, atol=1e-4)

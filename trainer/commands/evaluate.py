@@ -1,7 +1,6 @@
 """`python -m trainer evaluate`"""
 
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -36,7 +35,7 @@ class EvaluateCommand:
     meshes: Path | None = None
     """Instead of --images: folder of mesh files (front = +z, up = +y), rendered here."""
     views: int = 24
-    """Pictures of each mesh at evenly spaced azimuths (paper: 24); only with --meshes."""
+    """Pictures of each mesh at evenly spaced azimuths, 1 to 360 (paper: 24); only with --meshes."""
     output: Path | None = None
     """Folder for metrics.json and sheet.png; by default evaluation/ in the run directory."""
     json: bool = False
@@ -48,35 +47,40 @@ class EvaluateCommand:
         return cls(required, required)
 
     def run(self) -> None:
-        if self.views < 1:
-            raise ConfigError(f"Expected --views of 1 or more, found {self.views}.")
+        if not 1 <= self.views <= 360:
+            raise ConfigError(f"Expected --views from 1 to 360, found {self.views}.")
+        if (self.images is None) == (self.meshes is None):
+            raise ConfigError("Expected either --images or --meshes, found both or neither.")
         checkpoint = load_checkpoint(self.checkpoint)
         scene = checkpoint.scene
         validation = load_image_folder(self.validation, scene.width, scene.height)
         offset = fit_offset(checkpoint, validation)
-        if self.images is not None and self.meshes is None:
-            tested = from_folder(self.images, scene)
-        elif self.meshes is not None and self.images is None:
+        if self.meshes is not None:
             tested = from_meshes(self.meshes, scene, self.views)
-        else:
-            raise ConfigError("Expected either --images or --meshes, found both or neither.")
-        report = as_json(judge(checkpoint, tested, offset, mean_of(self.validation, validation)))
-        report |= {"category": checkpoint.category, "step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
+        elif self.images is not None:
+            tested = from_folder(self.images, scene)
+        report = judge(checkpoint, tested, offset, mean_of(self.validation, validation))
+        figures = as_json(report) | {
+            "category": checkpoint.category,
+            "step": checkpoint.step,
+            "seconds": checkpoint.run["seconds"],
+        }
         directory = self.checkpoint if self.checkpoint.is_dir() else self.checkpoint.parent
         output = directory / "evaluation" if self.output is None else self.output
-        write_bytes(output / "metrics.json", (json.dumps(report, indent=2) + "\n").encode())
+        write_bytes(output / "metrics.json", (json.dumps(figures, indent=2) + "\n").encode())
         shown = np.linspace(0, len(tested.images) - 1, min(8, len(tested.images))).astype(int)
         with torch.no_grad():
             titles, rows = reconstruction_rows(checkpoint.model, scene, tested.images[shown], offset)
         write_sheet(output / "sheet.png", rows, titles)
         if self.json:
-            print(json.dumps(report))
+            print(json.dumps(figures))
             return
-        low, high = report["iou_interval"]  # type: ignore[misc]
-        print(f"{report['objects']} objects, {report['pictures']} pictures of {checkpoint.category}")
-        baseline = report["mean_shape_iou"]
-        print(f"IoU               {report['iou']:.3f}  [{low:.3f}, {high:.3f}]   (mean shape: {baseline})")
-        print(f"azimuth error     {report['azimuth_error_degrees']:.1f}° (median)")
-        print(f"within 30°        {report['azimuth_accuracy']:.2f}   (wrong by more than 150°: {report['flipped']:.2f})")
-        print(f"canonical frame   turned by {math.floor(report['azimuth_offset_degrees'] + 0.5)}°")  # type: ignore[operator]
+        overlap, baseline = report.iou, report.mean_shape_iou
+        known = "not known" if baseline is None else f"{baseline:.3f}"
+        accuracy, flipped = report.azimuth_accuracy.value, report.flipped
+        print(f"{report.objects} objects, {report.pictures} pictures of {checkpoint.category}")
+        print(f"IoU               {overlap.value:.3f}  [{overlap.low:.3f}, {overlap.high:.3f}]   (mean shape: {known})")
+        print(f"azimuth error     {report.azimuth_error_degrees.value:.1f}° (median)")
+        print(f"within 30°        {accuracy:.2f}   (wrong by more than 150°: {flipped:.2f})")
+        print(f"canonical frame   turned by {report.azimuth_offset_degrees:.0f}°")
         print(f"written           {output / 'metrics.json'}, {output / 'sheet.png'}")

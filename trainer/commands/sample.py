@@ -24,7 +24,7 @@ class SampleCommand:
     count: int = 6
     """How many shapes, 1 to 100."""
     seed: int = 0
-    """Seed of the shape codes."""
+    """Seed of the shape codes, 0 or more."""
     temperature: float = 1.0
     """Standard deviation of the shape codes; 1 is the prior, less is more typical."""
 
@@ -38,6 +38,8 @@ class SampleCommand:
             raise ConfigError(f"Expected --count from 1 to 100, found {self.count}.")
         if not 0 <= self.temperature <= 10:
             raise ConfigError(f"Expected --temperature from 0 to 10, found {self.temperature}.")
+        if not 0 <= self.seed < 2**63:
+            raise ConfigError(f"Expected --seed from 0 to {2**63 - 1}, found {self.seed}.")
         checkpoint = load_checkpoint(self.checkpoint)
         generator = torch.Generator().manual_seed(self.seed)
         shape_codes = torch.randn(self.count, checkpoint.config.model.latent, generator=generator) * self.temperature

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import torch
 import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -13,7 +12,10 @@ from trainer.config import TrainConfig
 from trainer.data.images import load_image_folder
 from trainer.presets import load_preset, preset_names
 from trainer.training.checkpoint import load_checkpoint
-from trainer.training.loop import Intervals, train
+from trainer.training.checks import check_category, check_intervals, check_settings
+from trainer.training.intervals import Intervals
+from trainer.training.loop import train
+from trainer.training.threads import limit_threads
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class TrainCommand:
     resume: bool = False
     """Go on with the training in the run directory, with its settings; only --optimiser.* may change."""
     threads: int = 0
-    """CPU threads; 0 means one per core."""
+    """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
     """How often what is written, in steps."""
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
@@ -55,10 +57,12 @@ class TrainCommand:
         return cls(required, required, config=load_preset(preset))
 
     def run(self) -> None:
-        if self.threads:
-            torch.set_num_threads(self.threads)
-        images = load_image_folder(self.images, self.config.width, self.config.height)
+        check_settings(self.config)
+        check_intervals(self.intervals)
+        limit_threads(self.threads)
         category = self.category or self.images.resolve().name
+        check_category(category)
+        images = load_image_folder(self.images, self.config.width, self.config.height)
         console = Console(stderr=True)
         console.print(f"{len(images)} pictures of {len(images.instance_names)} objects, {category}")
         columns = (

@@ -54,7 +54,7 @@ def scaled_to_fit(linear: Float32[ndarray, "h w 3"], width: int, height: int) ->
 
 
 @njit(nogil=True, cache=True)
-def _area_means(linear, width, height, scale):  # type: ignore[no-untyped-def]
+def _area_means(linear, width, height, scale):
     scaled = np.zeros((height, width, 3), np.float32)
     total = np.empty(3)
     for row in range(height):

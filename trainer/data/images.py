@@ -149,7 +149,7 @@ def _radians(degrees: list[float | None]) -> Float[ndarray, "N"] | None:
 
 
 @njit(nogil=True, cache=True)
-def _look_up(codes, chosen, table, linear):  # type: ignore[no-untyped-def]
+def _look_up(codes, chosen, table, linear):
     for row in range(len(chosen)):
         source, target = codes[chosen[row]], linear[row]
         for position in range(len(source)):

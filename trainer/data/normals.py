@@ -46,7 +46,7 @@ def _corner_angles(edges: Float64[ndarray, "F 3 3"], double_area: Float64[ndarra
 
 
 @njit(nogil=True, cache=True)
-def _mean_normals(normals, weights, by_vertex, ends, cosine):  # type: ignore[no-untyped-def]
+def _mean_normals(normals, weights, by_vertex, ends, cosine):
     means = np.empty((len(normals), 3, 3))
     start = 0
     for end in ends:

@@ -18,6 +18,7 @@ from trainer.data.shapes.catalogue import CATEGORIES, make_shape
 from trainer.data.shapes.solid import Mesh
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
+from trainer.mapping import from_mapping, to_mapping
 
 SETTINGS_FILE = "render.json"
 _SEED_STRIDE = 1_000_000
@@ -50,7 +51,7 @@ def plan_jobs(settings: RenderSettings, instances: int | None, views: int) -> li
             "expected a seed of 0 or more and at least one instance, view and sample, found "
             f"seed {settings.seed}, instances {instances}, views {views}, supersampling {settings.supersampling}"
         )
-    if _is_folder(settings.source):
+    if not is_procedural(settings):
         root = Path(settings.source)
         names = [path.relative_to(root).as_posix() for path in mesh_files(root)][:instances]
     elif instances is None or instances > _SEED_STRIDE:
@@ -77,7 +78,7 @@ def shape_seed(seed: int, index: int) -> int:
 
 def load_instance(settings: RenderSettings, instance: str) -> Mesh:
     """The mesh that an `instance` of metadata.csv names. Raises DataError where there is none."""
-    if _is_folder(settings.source):
+    if not is_procedural(settings):
         return load_mesh(Path(settings.source) / instance)
     category, _, seed = instance.rpartition("-")
     if not (category and seed.isdigit()):
@@ -86,12 +87,12 @@ def load_instance(settings: RenderSettings, instance: str) -> Mesh:
 
 
 def category_of(settings: RenderSettings) -> str:
-    return (Path(settings.source).resolve().name or "meshes") if _is_folder(settings.source) else settings.source
+    return settings.source if is_procedural(settings) else Path(settings.source).resolve().name or "meshes"
 
 
-def _is_folder(source: str) -> bool:
-    """A class has its name; anything else that has a separator or exists is a path."""
-    return source not in CATEGORIES and (os.sep in source or Path(source).is_dir())
+def is_procedural(settings: RenderSettings) -> bool:
+    """Whether the objects are made from seeds: a class has its name; anything else is the path of a folder."""
+    return settings.source in CATEGORIES or not (os.sep in settings.source or Path(settings.source).is_dir())
 
 
 def claim(out: Path, settings: RenderSettings, scene: SceneConfig) -> None:
@@ -109,7 +110,7 @@ def claim(out: Path, settings: RenderSettings, scene: SceneConfig) -> None:
                 "render into another folder, or delete this one"
             )
     write_scene(out, scene)
-    write_bytes(out / SETTINGS_FILE, (json.dumps(dataclasses.asdict(settings), indent=2) + "\n").encode())
+    write_bytes(out / SETTINGS_FILE, (json.dumps(to_mapping(settings), indent=2) + "\n").encode())
 
 
 def read_settings(folder: Path) -> RenderSettings | None:
@@ -118,8 +119,8 @@ def read_settings(folder: Path) -> RenderSettings | None:
     if not path.exists():
         return None
     try:
-        return RenderSettings(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError) as error:
+        return from_mapping(RenderSettings, json.loads(path.read_text(encoding="utf-8")), "the settings")
+    except (OSError, ValueError, ConfigError) as error:
         raise DataError(
             f"{path}: expected the settings of a rendering, found {error}; render into a new folder"
         ) from error

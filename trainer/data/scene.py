@@ -25,17 +25,17 @@ def read_scene(folder: Path) -> SceneConfig | None:
     if not path.exists():
         return None
     try:
-        scene = from_mapping(SceneConfig, json.loads(path.read_text(encoding="utf-8")), str(path))
+        scene = from_mapping(SceneConfig, json.loads(path.read_text(encoding="utf-8")), "the scene")
+        check_scene(scene)
     except ConfigError as error:
-        raise DataError(str(error)) from error
+        raise DataError(f"{path}: {error}") from error
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: expected a JSON object, found {error}; mend it or delete it") from error
-    _check_ranges(scene, path)
     return scene
 
 
-def _check_ranges(scene: SceneConfig, path: Path) -> None:
-    """Refuses what cannot be drawn, and numbers that are not finite: JSON as Python reads it has NaN."""
+def check_scene(scene: SceneConfig) -> None:
+    """Raises ConfigError, naming the setting, for what cannot be drawn; NaN is out of every range."""
     camera = scene.camera
     ranges = [
         ("width", scene.width, 1, 8192),
@@ -54,4 +54,4 @@ def _check_ranges(scene: SceneConfig, path: Path) -> None:
         ]
     for key, value, low, high in ranges:
         if not low <= value <= high:
-            raise DataError(f"{path}: {key}: expected {low} to {high}, found {value}; correct it")
+            raise ConfigError(f"{key}: expected {low} to {high}, found {value}; correct it")

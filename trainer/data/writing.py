@@ -8,11 +8,14 @@ from PIL import Image
 
 from trainer.errors import StorageError
 
+AGAIN = "Make room or choose another place, then run the same command again; finished files are kept."
 
-def write_bytes(path: Path, content: bytes) -> None:
+
+def write_bytes(path: Path, content: bytes, advice: str = AGAIN) -> None:
     """Writes a file and, if need be, its folder.
 
-    Raises StorageError, and leaves what was there before, where the disk is full or the place cannot be written.
+    Raises StorageError, which ends in `advice`, and leaves what was there before, where the disk is full or the place
+    cannot be written.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -22,8 +25,7 @@ def write_bytes(path: Path, content: bytes) -> None:
     except OSError as error:
         _discard(beside)
         raise StorageError(
-            f"could not write {path} ({len(content)} bytes): {error.strerror or error}. "
-            "Make room or choose another place, then run the same command again; finished files are kept."
+            f"could not write {path} ({len(content)} bytes): {error.strerror or error}. {advice}"
         ) from error
     except BaseException:
         _discard(beside)

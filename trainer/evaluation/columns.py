@@ -5,7 +5,7 @@ from numba import njit
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def crossings(corner, resolution, columns, heights):  # type: ignore[no-untyped-def]
+def crossings(corner, resolution, columns, heights):
     """Finds the columns (x, z) along y that a triangle crosses, and the heights at which it does.
 
     `corner` [3, xyz] is in units of voxels, with voxel centres at whole numbers. Fills `columns` [R·R, 2] and
@@ -46,6 +46,6 @@ def crossings(corner, resolution, columns, heights):  # type: ignore[no-untyped-
 
 
 @njit(nogil=True, cache=True)
-def first_centre(position, resolution):  # type: ignore[no-untyped-def]
+def first_centre(position, resolution):
     """The first voxel centre at or beyond a position, within [0, resolution]."""
     return int(min(max(np.ceil(position), 0.0), float(resolution)))

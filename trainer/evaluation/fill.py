@@ -52,7 +52,7 @@ def voxelise_solid(
 
 
 @njit(nogil=True, cache=True)
-def _mark(corners, surface):  # type: ignore[no-untyped-def]
+def _mark(corners, surface):
     """Marks, in each column along the second axis, the voxel that each triangle crosses."""
     size = surface.shape[0]
     columns, heights = np.empty((size**2, 2), np.int64), np.empty(size**2)
@@ -65,7 +65,7 @@ def _mark(corners, surface):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _flood(surface, rising):  # type: ignore[no-untyped-def]
+def _flood(surface, rising):
     """What is reached from the border through faces of free voxels; without `rising`, never along +y."""
     size = surface.shape[0]
     reached = np.zeros_like(surface)
@@ -108,7 +108,7 @@ def _sheltered(
 
 
 @njit(nogil=True, cache=True)
-def _winding_numbers(triangles, points):  # type: ignore[no-untyped-def]
+def _winding_numbers(triangles, points):
     """Generalised winding number: solid angles of all triangles, by Van Oosterom and Strackee's formula."""
     winding = np.zeros(len(points))
     for index in range(len(points)):

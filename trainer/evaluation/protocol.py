@@ -22,9 +22,10 @@ from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.meshes import load_mesh, mesh_files
 from trainer.data.normals import corner_normals
 from trainer.data.picture import draw
-from trainer.data.plan import load_instance, read_settings
+from trainer.data.plan import is_procedural, load_instance, read_settings
 from trainer.errors import DataError
 from trainer.evaluation.fill import voxelise_solid
+from trainer.evaluation.gallery import render
 from trainer.evaluation.metrics import (
     Interval,
     accuracy,
@@ -101,8 +102,8 @@ def fit_offset(checkpoint: Checkpoint, validation: ImageSet) -> float:
     """The azimuth offset of a model's canonical frame, radians. Raises DataError where no azimuths are known."""
     if validation.azimuths is None:
         raise DataError(
-            "The canonical frame is aligned on validation pictures with known azimuths; metadata.csv names none. Render "
-            "some with python -m trainer render."
+            "The canonical frame is aligned on validation pictures with known azimuths; metadata.csv names none. "
+            "Render some with python -m trainer render."
         )
     everything = validation.batch(np.arange(len(validation)))
     return fit_azimuth_offset(predict(checkpoint, everything).azimuths.double().numpy(), validation.azimuths)
@@ -112,10 +113,12 @@ def judge(checkpoint: Checkpoint, pictures: Pictures, offset: float, mean: Voxel
     """All figures of the report; `offset` in radians, `mean` the mean shape of other objects of the class."""
     prediction = predict(checkpoint, pictures.images)
     errors = azimuth_error(prediction.azimuths.double().numpy() + offset, pictures.azimuths)
-    overlaps = np.array([
-        float(iou(predicted, pictures.truth[index]))
-        for predicted, index in zip(_occupancies(checkpoint, prediction, offset), pictures.objects, strict=True)
-    ])
+    overlaps = np.array(
+        [
+            float(iou(predicted, pictures.truth[index]))
+            for predicted, index in zip(_occupancies(checkpoint, prediction, offset), pictures.objects, strict=True)
+        ]
+    )
     rng = np.random.default_rng(0)
     baseline = None if mean is None else float(np.mean([iou(mean, truth) for truth in pictures.truth]))
     degrees = np.degrees(errors)
@@ -140,9 +143,6 @@ def _occupancies(checkpoint: Checkpoint, prediction: Prediction, offset: float) 
 
 
 def _picture_error(checkpoint: Checkpoint, prediction: Prediction, images: Float[Tensor, "N 3 H W"]) -> float:
-    # Imported here: the judge's other figures need no renderer.
-    from trainer.evaluation.gallery import render  # noqa: PLC0415
-
     with torch.no_grad():
         drawn = render(checkpoint.model, checkpoint.scene, prediction.vertices, prediction.azimuths)
     return float((drawn - images).abs().mean())
@@ -159,8 +159,8 @@ def shapes_of(folder: Path, images: ImageSet) -> list[Voxels]:
             f"{folder} has no render.json, so its shapes are not known. Expected a folder that `trainer render` wrote."
         )
     meshes = [load_instance(settings, name) for name in images.instance_names]
-    procedural = not Path(settings.source).is_dir()
-    return [(voxelise if procedural else voxelise_solid)(mesh.vertices, mesh.faces) for mesh in meshes]
+    occupancy = voxelise if is_procedural(settings) else voxelise_solid
+    return [occupancy(mesh.vertices, mesh.faces) for mesh in meshes]
 
 
 def from_folder(folder: Path, scene: SceneConfig) -> Pictures:

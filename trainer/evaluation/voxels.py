@@ -36,7 +36,7 @@ def voxelise(
 
 
 @njit(nogil=True, cache=True)
-def _winding(corners, resolution):  # type: ignore[no-untyped-def]
+def _winding(corners, resolution):
     """Winding number of each centre, up to its sign: the signs of the faces below it, summed up along its column."""
     winding = np.zeros((resolution, resolution, resolution), np.int32)
     columns, heights = np.empty((resolution**2, 2), np.int64), np.empty(resolution**2)

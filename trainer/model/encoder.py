@@ -24,8 +24,8 @@ class Encoder(nn.Module):
             nn.MaxPool2d(2),
             *_block(fourth, fifth, kernel=4),
         )
-        # Channels last is the layout that convolutions on a CPU are fast in.
-        self.convolutions.to(memory_format=torch.channels_last)
+        # The layout that convolutions on a CPU are fast in; torch's annotations do not know the option.
+        self.convolutions.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         pixels = ((width + 1) // 2 // 8) * ((height + 1) // 2 // 8)
         self.features = nn.Sequential(
             nn.Flatten(), nn.Linear(fifth * pixels, features, bias=False), nn.BatchNorm1d(features), nn.ReLU()

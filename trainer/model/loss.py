@@ -1,7 +1,7 @@
 """The training objective, one function a term (Eq. loss of the paper, and the exact E-step that replaces part of it).
 
-All log-likelihoods are sums over pixels with ε = 1. `pixel_share` = pixels / (128 · 96) makes every other weight mean the
-same at every resolution. Values are means over the batch, in nats.
+All log-likelihoods are sums over pixels with ε = 1. `pixel_share` = pixels / (128 · 96) makes every other weight mean
+the same at every resolution. Values are means over the batch, in nats.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,6 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
-from trainer.config import LossConfig
 from trainer.model.posterior import Posterior, azimuth_fine_divergence, bin_centres, shape_divergence
 
 PAPER_PIXELS = 128 * 96
@@ -41,30 +40,24 @@ class LossTerms(NamedTuple):
 
 
 def training_loss(
-    config: LossConfig,
     weights: LossWeights,
-    log_likelihood: Float[Tensor, "B R"],
+    expected_log_likelihood: Float[Tensor, "B"],
     posterior: Posterior,
     displacement_laplacian: Float[Tensor, "B V 3"],
-    true_azimuth: Float[Tensor, "B"] | None,
+    responsibility: Float[Tensor, "B R"] | None,
 ) -> LossTerms:
-    """All terms for one batch. `log_likelihood` holds a column for each coarse bin; with `true_azimuth` (radians) the
-    coarse bin is known, and the encoder's ρ is taught the truth."""
-    rho = posterior.azimuth_logits.softmax(1)
-    zero = log_likelihood.new_zeros(())
+    """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
+    taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
+    paper; then ρ is matched to its prior instead."""
+    zero = expected_log_likelihood.new_zeros(())
     matching, teaching = zero, zero
-    if true_azimuth is not None:
-        responsibility = nearest_bin(true_azimuth, rho.shape[1])
-        teaching = weights.distillation * distillation(posterior.azimuth_logits, responsibility)
-    elif config.objective == "exact":
-        responsibility = balanced_posterior(log_likelihood.detach(), weights.temperature, config.sinkhorn_iterations)
+    if responsibility is not None:
         teaching = weights.distillation * distillation(posterior.azimuth_logits, responsibility)
     else:
-        responsibility = rho
-        matching = weights.prior_matching * prior_matching(rho)
+        matching = weights.prior_matching * prior_matching(posterior.azimuth_logits.softmax(1))
     divergence = shape_divergence(posterior).sum(1) + azimuth_fine_divergence(posterior)
     return LossTerms(
-        reconstruction=expected_reconstruction(log_likelihood, responsibility),
+        reconstruction=-expected_log_likelihood.mean(),
         kl=weights.kl * divergence.mean(),
         prior_matching=matching,
         distillation=teaching,
@@ -72,27 +65,18 @@ def training_loss(
     )
 
 
-def expected_reconstruction(
-    log_likelihood: Float[Tensor, "B R"], responsibility: Float[Tensor, "B R"]
-) -> Float[Tensor, ""]:
-    """-⟨Σ_r log P(x | z, r) · q(r)⟩, the first line of Eq. loss."""
-    return -(log_likelihood * responsibility).sum(1).mean()
-
-
 def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
     """Σ_r |⟨ρ_r⟩ - 1/R|, Eq. 13: the batch's mean posterior against the uniform prior."""
     return (rho.mean(0) - 1.0 / rho.shape[1]).abs().sum()
 
 
-def balanced_posterior(
-    log_likelihood: Float[Tensor, "B R"], temperature: float, iterations: int
-) -> Float[Tensor, "B R"]:
-    """The exact E-step: softmax(log p / T), balanced so that the batch uses all bins alike.
+def balanced_posterior(evidence: Float[Tensor, "B R"], iterations: int) -> Float[Tensor, "B R"]:
+    """The exact E-step: softmax of the bins' evidence (log p / T + log prior), balanced so that the batch uses all alike.
 
     A few Sinkhorn rounds: each divides every column by its mean and makes every row sum to 1 again. With it the
     aggregate posterior matches the uniform prior by construction, as Eq. 13 asks of ρ.
     """
-    log_q = (log_likelihood / temperature).log_softmax(1)
+    log_q = evidence.log_softmax(1)
     for _ in range(iterations):
         log_q = (log_q - log_q.logsumexp(0, keepdim=True)).log_softmax(1)
     return log_q.exp()

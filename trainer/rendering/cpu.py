@@ -13,6 +13,8 @@ from rasteriser.topology import Topology, build_topology
 
 # A hypothesis whose share of the largest gradient is below this gets none: its picture is not drawn again.
 NEGLIGIBLE_WEIGHT = 1e-4
+# A hypothesis with a smaller posterior probability than this is left out of an expectation.
+NEGLIGIBLE_RESPONSIBILITY = 1e-3
 
 
 def topology_of(faces: Int64[Tensor, "F 3"]) -> Topology:
@@ -35,13 +37,13 @@ class _LogLikelihood(torch.autograd.Function):
         return torch.as_tensor(values.reshape(count, bins), dtype=screen.dtype)
 
     @staticmethod
-    @once_differentiable  # type: ignore[untyped-decorator]
+    @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None]:
         screen, colours, pictures = ctx.saved_tensors
         count, bins, vertices, _ = screen.shape
         scales = upstream.double().numpy().reshape(-1).copy()
         scales[np.abs(scales) < NEGLIGIBLE_WEIGHT * np.abs(scales).max(initial=0.0)] = 0.0
-        gradients = likelihood.log_likelihood_gradient(
+        _, gradients = likelihood.log_likelihood_gradient(
             screen.reshape(count * bins, vertices, 3).numpy(),
             colours.reshape(count * bins, vertices, -1).numpy(),
             ctx.topology,
@@ -50,6 +52,35 @@ class _LogLikelihood(torch.autograd.Function):
         )
         to_screen = torch.from_numpy(gradients.screen).reshape(screen.shape)
         return to_screen, torch.from_numpy(gradients.colours).reshape(colours.shape), None, None
+
+
+class _ExpectedLogLikelihood(torch.autograd.Function):
+    @staticmethod
+    def forward(
+        ctx: Any, screen: Tensor, colours: Tensor, pictures: Tensor, weights: Tensor, topology: Topology
+    ) -> Tensor:
+        count, bins, vertices, _ = screen.shape
+        scales = weights.detach().double().reshape(-1).numpy()
+        scales = np.where(scales < NEGLIGIBLE_RESPONSIBILITY, 0.0, scales)
+        values, gradients = likelihood.log_likelihood_gradient(
+            screen.detach().reshape(count * bins, vertices, 3).numpy(),
+            colours.detach().reshape(count * bins, vertices, -1).numpy(),
+            topology,
+            pictures.detach().numpy(),
+            scales,
+        )
+        ctx.save_for_backward(
+            torch.from_numpy(gradients.screen).reshape(screen.shape),
+            torch.from_numpy(gradients.colours).reshape(colours.shape),
+        )
+        return torch.as_tensor((values * scales).reshape(count, bins).sum(1), dtype=screen.dtype)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
+        to_screen, to_colours = ctx.saved_tensors
+        scale = upstream[:, None, None, None]
+        return to_screen * scale, to_colours * scale, None, None, None
 
 
 class _Draw(torch.autograd.Function):
@@ -62,7 +93,7 @@ class _Draw(torch.autograd.Function):
         )
 
     @staticmethod
-    @once_differentiable  # type: ignore[untyped-decorator]
+    @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
         screen, colours = ctx.saved_tensors
         gradients = likelihood.draw_gradient(screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy())
@@ -80,7 +111,25 @@ def log_likelihood(
     Differentiable in `screen` (x, y, inverse depth) and `colours`. The backward pass draws again only those hypotheses
     whose incoming gradient is not negligible (below 1e-4 of the largest).
     """
+    _check_finite(screen, colours)
     values: Tensor = _LogLikelihood.apply(screen, colours, pictures, topology)
+    return values
+
+
+def expected_log_likelihood(
+    screen: Float[Tensor, "B R V 3"],
+    colours: Float[Tensor, "B R V C"],
+    pictures: Float[Tensor, "B C H W"],
+    weights: Float[Tensor, "B R"],
+    topology: Topology,
+) -> Float[Tensor, "B"]:
+    """Σ_r w_r log P(x | z, r) for weights that are known beforehand and take no gradient.
+
+    Each hypothesis is drawn once, for value and gradient together, and those with a weight below one in a thousand not
+    at all: of the twelve poses of a picture, one to three matter.
+    """
+    _check_finite(screen, colours)
+    values: Tensor = _ExpectedLogLikelihood.apply(screen, colours, pictures, weights, topology)
     return values
 
 
@@ -88,5 +137,12 @@ def draw(
     screen: Float[Tensor, "N V 3"], colours: Float[Tensor, "N V C"], topology: Topology, width: int, height: int
 ) -> Float[Tensor, "N C H W"]:
     """Antialiased pictures on black, differentiable in `screen` and `colours`."""
+    _check_finite(screen, colours)
     pictures: Tensor = _Draw.apply(screen, colours, topology, width, height)
     return pictures
+
+
+def _check_finite(screen: Tensor, colours: Tensor) -> None:
+    """Raises FloatingPointError where a model has decoded what cannot be drawn."""
+    if not (torch.isfinite(screen).all() and torch.isfinite(colours).all()):
+        raise FloatingPointError("expected finite vertices and colours, found NaN or infinity")

@@ -1,9 +1,11 @@
 """The renderer written for reading: one mesh at a time, plain torch, any precision. The oracle of every fast backend.
 
-It computes exactly the picture that `docs/renderer.md` defines. What is a decision (which face a pixel sees, which edges
-are contours, which pieces of them are visible) is taken on detached numbers; what is a number is differentiable torch.
+It computes exactly the picture that `docs/renderer.md` defines. What is a decision (which face a pixel sees, which
+edges are contours, which pieces of them are visible) is taken on detached numbers; what is a number is differentiable
+torch.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -41,12 +43,12 @@ def draw(
     row, column = np.nonzero(visible[1:-1, 1:-1] >= 0)
     if len(row):
         points = torch.as_tensor(np.stack((column, row), -1) + 0.5).to(screen)
+        pixels = torch.as_tensor(row), torch.as_tensor(column)
         seen = faces[torch.as_tensor(visible[1:-1, 1:-1][row, column])]
-        picture = picture.index_put((torch.as_tensor(row), torch.as_tensor(column)), _colour(screen, colours, seen, points))
+        picture = picture.index_put(pixels, _colour(screen, colours, seen, points))
     for piece in _contour_pieces(fixed, corners, visible):
-        column, row = piece.pixel
-        change = _change_at_piece(screen, colours, faces, piece)
-        picture = picture.index_put((torch.tensor(row), torch.tensor(column)), change, accumulate=True)
+        here = torch.tensor(piece.pixel[1]), torch.tensor(piece.pixel[0])
+        picture = picture.index_put(here, _change_at_piece(screen, colours, faces, piece), accumulate=True)
     return picture.permute(2, 0, 1)
 
 
@@ -144,7 +146,7 @@ def _contour_pieces(fixed: np.ndarray, corners: np.ndarray, visible: np.ndarray)
                     at = (boundary - start[axis]) / (end[axis] - start[axis])
                     crossings.append((at, (axis, float(boundary))))
         crossings.sort(key=lambda crossing: crossing[0])
-        for (t0, cut0), (t1, cut1) in zip(crossings, crossings[1:], strict=False):
+        for (t0, cut0), (t1, cut1) in pairwise(crossings):
             x, y, w = start + 0.5 * (t0 + t1) * (end - start)
             if not (t0 < t1 and 0 <= x < width and 0 <= y < height):
                 continue
@@ -205,13 +207,16 @@ def _change_at_piece(screen: Tensor, colours: Tensor, faces: Tensor, piece: Piec
 
 
 def _sector(a: Float[Tensor, "2"], b: Float[Tensor, "2"]) -> Float[Tensor, ""]:
-    """Area of the unit square around the origin between the rays through a and b: a quarter of its perimeter's share."""
+    """Area of the unit square around the origin between the rays through a and b: a quarter of the perimeter there."""
 
     def perimeter_position(p: Tensor) -> Tensor:
         x, y = p
-        if x.abs() >= y.abs():
-            return 0.5 * y / x + (0.0 if x > 0 else 2.0) if x != 0 else 0.0 * x
-        return -0.5 * x / y + (1.0 if y > 0 else 3.0)
+        position: Tensor = 0.0 * x
+        if x.abs() < y.abs():
+            position = -0.5 * x / y + (1.0 if y > 0 else 3.0)
+        elif x != 0:
+            position = 0.5 * y / x + (0.0 if x > 0 else 2.0)
+        return position
 
     turn = (perimeter_position(b) - perimeter_position(a)).abs()
     return torch.minimum(turn, 4 - turn) / 4

@@ -1,26 +1,28 @@
 """A checkpoint: one safetensors file with weights and optimiser state, and everything else as JSON in its header.
 
-It is written beside its name and then renamed, so that the name always holds a whole checkpoint.
+Its name always holds a whole checkpoint (`data.writing`).
 """
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import Tensor
 
 from trainer.config import SceneConfig, TrainConfig
-from trainer.errors import CheckpointError, ConfigError, StorageError
+from trainer.data.writing import write_bytes
+from trainer.errors import CheckpointError, ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.model.vae import Model
+from trainer.training.checks import check_settings
 
 FORMAT_VERSION = 1
 FILE_NAME = "checkpoint.safetensors"
+ADAM_STATES = ("step", "exp_avg", "exp_avg_sq")
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,11 @@ def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         "step": checkpoint.step,
         "run": checkpoint.run,
     }
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_file(tensors, beside, metadata={"chiaro": json.dumps(header)})
-        beside.replace(path)
-    except (OSError, SafetensorError) as error:
-        beside.unlink(missing_ok=True)
-        raise StorageError(
-            f"The checkpoint {path} could not be written ({error}). Nothing was lost: the last whole checkpoint is still "
-            "there. Free some space or name another run directory, then continue with --resume."
-        ) from error
+    write_bytes(
+        path,
+        save(tensors, metadata={"chiaro": json.dumps(header)}),
+        "A checkpoint that was there before is untouched: make room, then continue from it with --resume.",
+    )
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
@@ -75,35 +71,58 @@ def load_checkpoint(path: Path) -> Checkpoint:
     file = path / FILE_NAME if path.is_dir() else path
     if not file.is_file():
         raise CheckpointError(
-            f"Expected a checkpoint at {file}, found nothing. Name a run directory that `trainer train` has written, or "
-            f"its {FILE_NAME}."
+            f"Expected a checkpoint at {file}, found nothing. Name a run directory that `trainer train` has written, "
+            f"or its {FILE_NAME}."
         )
     try:
         with safe_open(file, framework="pt") as opened:
             header = json.loads((opened.metadata() or {}).get("chiaro", "null"))
             tensors = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118
     except (SafetensorError, OSError, ValueError) as error:
-        raise CheckpointError(f"{file} is not a checkpoint of chiaro ({error}). Train again, or use a copy.") from error
+        raise CheckpointError(
+            f"{file}: expected a checkpoint of chiaro, found a file that is none or is cut short ({error}). "
+            "Train again, or use a copy."
+        ) from error
     if not isinstance(header, dict) or "format_version" not in header:
-        raise CheckpointError(f"{file} holds tensors, but not chiaro's header. Name a file that chiaro has written.")
+        raise CheckpointError(
+            f"{file}: expected a checkpoint of chiaro, found tensors without its header. Name a file that chiaro has "
+            "written."
+        )
     if header["format_version"] != FORMAT_VERSION:
         raise CheckpointError(
-            f"{file} has format version {header['format_version']}, this chiaro reads version {FORMAT_VERSION}. Use the "
-            "chiaro that wrote it, or train again."
+            f"{file}: expected format version {FORMAT_VERSION}, found {header['format_version']!r}. "
+            "Use the chiaro that wrote it, or train again."
         )
     try:
         config = from_mapping(TrainConfig, header["config"], f"{file}, config")
         scene = from_mapping(SceneConfig, header["scene"], f"{file}, scene")
         category, step, run = str(header["category"]), int(header["step"]), dict(header["run"])
+        run["seconds"] = float(run["seconds"])
+        check_settings(config)
         model = Model(config.model, config.width, config.height)
         model.load_state_dict(_under("model.", tensors))
+        optimiser_state = _under("optimiser.", tensors)
+        _check_optimiser(optimiser_state, model)
     except (ConfigError, KeyError, TypeError, ValueError, RuntimeError) as error:
-        raise CheckpointError(f"{file} does not hold the model that its header describes: {error}") from error
-    return Checkpoint(config, scene, category, step, model.eval(), _under("optimiser.", tensors), run)
+        raise CheckpointError(
+            f"{file}: expected the model that its header describes, found something else ({error}). "
+            "The file was altered: use a copy, or train again."
+        ) from error
+    return Checkpoint(config, scene, category, step, model.eval(), optimiser_state, run)
 
 
 def _under(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
     return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}
+
+
+def _check_optimiser(tensors: dict[str, Tensor], model: Model) -> None:
+    """Raises ValueError for a tensor that belongs to no parameter, or has another size than it."""
+    shapes = {name: parameter.shape for name, parameter in model.named_parameters()}
+    for key, tensor in tensors.items():
+        state, _, name = key.partition(".")
+        expected = torch.Size() if state == "step" else shapes.get(name)
+        if name not in shapes or state not in ADAM_STATES or tensor.shape != expected:
+            raise ValueError(f"optimiser.{key} of size {list(tensor.shape)}")
 
 
 def optimiser_tensors(optimiser: torch.optim.Adam, model: Model) -> dict[str, Tensor]:
@@ -117,6 +136,10 @@ def optimiser_tensors(optimiser: torch.optim.Adam, model: Model) -> dict[str, Te
 
 def restore_optimiser(optimiser: torch.optim.Adam, model: Model, tensors: dict[str, Tensor]) -> None:
     """The inverse of `optimiser_tensors`."""
-    for name, parameter in model.named_parameters():
-        state = {key.removesuffix(f".{name}"): value for key, value in tensors.items() if key.endswith(f".{name}")}
-        optimiser.state[parameter] = {key: value for key, value in state.items() if "." not in key}
+    parameters = dict(model.named_parameters())
+    for key, tensor in tensors.items():
+        state, _, name = key.partition(".")
+        parameter = parameters[name]
+        # In the parameter's own layout, so that a resumed training computes what an uninterrupted one does.
+        own = tensor if state == "step" else torch.empty_like(parameter).copy_(tensor)
+        optimiser.state[parameter][state] = own

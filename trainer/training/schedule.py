@@ -20,6 +20,5 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         temperature=share
         * cooled(config.temperature_start, config.temperature, config.temperature_cooling_steps, step),
         distillation=share * config.distillation_weight,
-        laplacian=share
-        * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
+        laplacian=share * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
     )

@@ -9,7 +9,7 @@ from torch import Tensor
 from rasteriser.topology import Topology
 from trainer.config import LossConfig, SceneConfig
 from trainer.geometry.normals import vertex_normals
-from trainer.model.loss import LossTerms, LossWeights, training_loss
+from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, bin_centres
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import cpu
@@ -20,7 +20,8 @@ from trainer.rendering.lighting import shade
 class StepResult(NamedTuple):
     terms: LossTerms
     posterior: Posterior
-    log_likelihood: Float[Tensor, "B R"]
+    expected_log_likelihood: Float[Tensor, "B"]
+    """Of each picture, over its coarse azimuth bins."""
 
 
 class FixedGeometry(NamedTuple):
@@ -42,15 +43,35 @@ def forward(
     generator: torch.Generator,
     convolutions: torch.dtype = torch.float32,
 ) -> StepResult:
-    """Eq. loss for one batch. All coarse azimuth bins are summed over; z and θ_fine are sampled once per picture."""
+    """The loss of one batch; z and θ_fine are sampled once per picture.
+
+    The paper's objective weighs the coarse bins by the encoder's ρ (Eq. loss). The exact one finds their posterior
+    first, at the bins' centres: were the fine angle free there, a bin and its neighbour could explain a picture alike,
+    and the encoder would never learn the fine angle.
+    """
     posterior = encode_mixed(model, images, convolutions)
     shape_code = sample_normal(posterior.shape_mean, posterior.shape_deviation, generator)
     azimuth_fine = sample_normal(posterior.azimuth_fine_mean, posterior.azimuth_fine_deviation, generator)
     vertices = model.decode(shape_code)
-    log_likelihood = bin_log_likelihoods(model, geometry.topology, scene, images, vertices, azimuth_fine)
+    views = bin_views(model, scene, vertices, azimuth_fine)
+    responsibility = None
+    if true_azimuth is not None:
+        responsibility = nearest_bin(true_azimuth, model.config.azimuth_bins)
+    elif config.objective == "exact":
+        with torch.no_grad():
+            centred = bin_views(model, scene, vertices, torch.zeros_like(azimuth_fine))
+            log_likelihood = cpu.log_likelihood(*centred, images, geometry.topology)
+        log_prior = config.encoder_prior * posterior.azimuth_logits.detach().log_softmax(1)
+        evidence = log_likelihood / weights.temperature + log_prior
+        responsibility = balanced_posterior(evidence, config.sinkhorn_iterations)
+    if responsibility is not None:
+        expected = cpu.expected_log_likelihood(*views, images, responsibility, geometry.topology)
+    else:
+        rho = posterior.azimuth_logits.softmax(1)
+        expected = (cpu.log_likelihood(*views, images, geometry.topology) * rho).sum(1)
     displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
-    terms = training_loss(config, weights, log_likelihood, posterior, displaced, true_azimuth)
-    return StepResult(terms, posterior, log_likelihood)
+    terms = training_loss(weights, expected, posterior, displaced, responsibility)
+    return StepResult(terms, posterior, expected)
 
 
 def encode_mixed(model: Model, images: Float[Tensor, "B 3 H W"], convolutions: torch.dtype) -> Posterior:
@@ -61,19 +82,20 @@ def encode_mixed(model: Model, images: Float[Tensor, "B 3 H W"], convolutions: t
     return posterior
 
 
-def bin_log_likelihoods(
-    model: Model,
-    topology: Topology,
-    scene: SceneConfig,
-    images: Float[Tensor, "B 3 H W"],
-    vertices: Float[Tensor, "B V 3"],
-    azimuth_fine: Float[Tensor, "B"],
-) -> Float[Tensor, "B R"]:
-    """log P(x | z, θ_coarse = r, θ_fine) for every coarse bin r."""
+class Views(NamedTuple):
+    """A batch of shapes at every coarse azimuth bin."""
+
+    screen: Float[Tensor, "B R V 3"]
+    colours: Float[Tensor, "B R V 3"]
+
+
+def bin_views(
+    model: Model, scene: SceneConfig, vertices: Float[Tensor, "B V 3"], azimuth_fine: Float[Tensor, "B"]
+) -> Views:
+    """Vertices and colours at θ_coarse = r, θ_fine for every coarse bin r: I₀ of Eq. 3 up to the rasteriser."""
     bins = model.config.azimuth_bins
     azimuth = bin_centres(bins, azimuth_fine) + azimuth_fine[:, None]
     normals = vertex_normals(vertices, model.faces)
     everywhere = (-1, bins, -1, -1)
     screen = project(vertices[:, None].expand(everywhere), azimuth, scene.camera, scene.width, scene.height)
-    colours = shade(normals[:, None].expand(everywhere), azimuth, scene)
-    return cpu.log_likelihood(screen, colours, images, topology)
+    return Views(screen, shade(normals[:, None].expand(everywhere), azimuth, scene))

@@ -10,11 +10,11 @@ import pytest
 os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
 pyrender = pytest.importorskip("pyrender", reason="pyrender needs EGL: apt install libegl1 libgl1", exc_type=Exception)
 
-from trainer.config import DirectionalLight, SceneConfig  # noqa: E402
-from trainer.data.normals import corner_normals  # noqa: E402
-from trainer.data.picture import draw, rotation_about_y  # noqa: E402
-from trainer.data.shapes.catalogue import make_shape  # noqa: E402
-from trainer.data.shapes.solid import Mesh  # noqa: E402
+from trainer.config import DirectionalLight, SceneConfig
+from trainer.data.normals import corner_normals
+from trainer.data.picture import draw, rotation_about_y
+from trainer.data.shapes.catalogue import make_shape
+from trainer.data.shapes.solid import Mesh
 
 SUPERSAMPLING = 8
 SCENE = SceneConfig(

@@ -31,7 +31,7 @@ def test_absent_files_and_keys_mean_defaults(tmp_path: Path) -> None:
         ({"hieght": 96}, "'hieght'; did you mean 'height'"),
         ({"camera": {"elevation": 3}}, "camera.*'elevation'; did you mean 'elevation_degrees'"),
         ({"lights": [{"azimuth_degrees": 1.0, "elevation_degrees": 2.0}]}, "lights.*'colour' is missing"),
-        ({"width": "128"}, "width: expected int, found '128'"),
+        ({"width": "128"}, "width: expected a whole number, found '128'"),
         ({"ambient": [0.0, 0.0]}, "ambient: expected a list of 3 values"),
         ({"width": 0}, "width: expected 1 to 8192, found 0"),
         ({"camera": {"distance": 0.4}}, "distance: expected 0.51 to"),

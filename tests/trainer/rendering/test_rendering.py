@@ -95,19 +95,47 @@ def test_autograd_s_log_likelihood_of_several_hypotheses_is_the_reference_s() ->
 
     faces = torch.tensor(scene.topology.faces.astype(np.int64))
     twin, paint = (x.detach().double().requires_grad_() for x in (screen, colours))
-    expected = torch.stack([
-        torch.stack([
-            reference.log_likelihood(reference.draw(twin[b, r], paint[b, r], faces, *scene.size), pictures[b].double())
-            for r in range(3)
-        ])
-        for b in range(2)
-    ])
+    expected = torch.stack(
+        [
+            torch.stack(
+                [
+                    reference.log_likelihood(
+                        reference.draw(twin[b, r], paint[b, r], faces, *scene.size), pictures[b].double()
+                    )
+                    for r in range(3)
+                ]
+            )
+            for b in range(2)
+        ]
+    )
     (expected * weights).sum().backward()
     np.testing.assert_allclose(values.detach(), expected.detach(), rtol=1e-5)
     for mine, theirs in ((screen.grad, twin.grad), (colours.grad, paint.grad)):
         assert mine is not None
         assert theirs is not None
         np.testing.assert_allclose(mine, theirs, atol=1e-5 * theirs.abs().max().item())
+
+
+def test_an_expectation_is_the_weighed_sum_and_leaves_out_what_does_not_matter() -> None:
+    scene = random_scene(11)
+    screen = torch.tensor(scene.screen).expand(2, 3, -1, -1).clone()
+    screen[:, 1, :, 0] += 0.6
+    colours = torch.tensor(scene.colours).expand(2, 3, -1, -1)
+    pictures = torch.tensor(np.stack((scene.target, scene.target[:, ::-1])).copy())
+    weights = torch.tensor([[0.7, 0.3, 0.0], [0.2, 0.7999, 0.0001]])
+    twin = screen.clone().requires_grad_()
+    found = screen.clone().requires_grad_()
+    value = cpu.expected_log_likelihood(found, colours, pictures, weights, scene.topology)
+    kept = torch.where(weights < 1e-3, 0.0, weights)
+    expected = (cpu.log_likelihood(twin, colours, pictures, scene.topology) * kept).sum(1)
+    np.testing.assert_allclose(value.detach(), expected.detach(), rtol=1e-5)
+    upstream = torch.tensor([1.5, -2.0])
+    value.backward(upstream)
+    expected.backward(upstream)
+    assert found.grad is not None
+    assert twin.grad is not None
+    np.testing.assert_allclose(found.grad, twin.grad, atol=1e-4 * twin.grad.abs().max().item())
+    assert not found.grad[:, 2].any()
 
 
 def test_autograd_s_picture_is_the_reference_s() -> None:

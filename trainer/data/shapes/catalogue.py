@@ -18,15 +18,20 @@ CATEGORIES: dict[str, Callable[[Generator], Mesh]] = {
 """Each class with the function that draws one object of it."""
 
 
+def check_category(category: str) -> None:
+    """Raises ConfigError for a class that does not exist, and names the nearest."""
+    if category not in CATEGORIES:
+        nearest = get_close_matches(category, CATEGORIES, 1)
+        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+        raise ConfigError(f"expected a class out of {', '.join(sorted(CATEGORIES))}, found {category!r}{hint}")
+
+
 def make_shape(category: str, seed: int) -> Mesh:
     """The object of a class that a seed names: the same on every call, centred, with a unit bounding-box diagonal.
 
     Raises ConfigError for a class that does not exist, and for a negative seed.
     """
-    if category not in CATEGORIES:
-        nearest = get_close_matches(category, CATEGORIES, 1)
-        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-        raise ConfigError(f"expected a class out of {', '.join(sorted(CATEGORIES))}, found {category!r}{hint}")
+    check_category(category)
     if seed < 0:
         raise ConfigError(f"expected a shape seed of 0 or more, found {seed}")
     return normalise(CATEGORIES[category](np.random.default_rng(seed)))

@@ -1,0 +1,33 @@
+"""What the journal keeps of a step."""
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from trainer.model.posterior import shape_divergence
+from trainer.training.step import StepResult
+
+
+def figures_of(result: StepResult, gradient_norm: float) -> dict[str, float]:
+    """Loss terms, and what tells a healthy training from a collapsed one.
+
+    Entropies are in nats; `active_dimensions` counts those of the shape code above 0.1 nats.
+    """
+    with torch.no_grad():
+        rho = result.posterior.azimuth_logits.softmax(1)
+        by_dimension = shape_divergence(result.posterior).mean(0)
+        figures = {name: float(value) for name, value in result.terms._asdict().items()}
+        return figures | {
+            "loss": float(result.terms.total()),
+            "gradient_norm": gradient_norm,
+            "expected_log_likelihood": float(result.expected_log_likelihood.mean()),
+            "shape_nats": float(by_dimension.sum()),
+            "active_dimensions": float((by_dimension > 0.1).sum()),
+            "azimuth_entropy": float(_entropy(rho).mean()),
+            "aggregate_azimuth_entropy": float(_entropy(rho.mean(0))),
+        }
+
+
+def _entropy(probabilities: Float[Tensor, "*B R"]) -> Float[Tensor, "*B"]:
+    entropy: Tensor = torch.special.entr(probabilities).sum(-1)
+    return entropy
