@@ -68,8 +68,6 @@ class ModelConfig:
     """Width of the decoder's hidden layer (paper: 32, Appendix A)."""
     segments: int = 4
     """Segments along each edge of the subdivided cube (paper: 4, that is 98 vertices)."""
-    symmetric: bool = False
-    """Whether every shape is its own mirror image, left to right (not in the paper)."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     encoder_channels: tuple[int, int, int, int, int, int] = (32, 64, 96, 128, 128, 128)

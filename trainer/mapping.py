@@ -2,7 +2,7 @@
 
 import dataclasses
 import difflib
-import math
+import sys
 import types
 import typing
 from collections.abc import Mapping
@@ -84,11 +84,12 @@ def _typed(hint: Any, value: Any, where: str, inherited: Any) -> Any:
 
 
 def _scalar(kind: type[Any], value: Any, where: str) -> Any:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if kind is float and number and math.isfinite(value):
-        return float(value)
-    if kind is int and number and math.isfinite(value) and value == int(value):
-        return int(value)
-    if kind not in (int, float) and isinstance(value, kind):
-        return value
+    if kind not in (int, float):
+        if isinstance(value, kind):
+            return value
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        # Neither NaN nor infinity, nor a whole number beyond every float.
+        finite = abs(value) <= sys.float_info.max
+        if finite and (kind is float or value == int(value)):
+            return kind(value)
     raise ConfigError(f"{where}: expected {_KINDS.get(kind, kind.__name__)}, found {value!r}.")

@@ -13,10 +13,12 @@ import logging
 import math
 import os
 import signal
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
@@ -110,11 +112,12 @@ def _execute(
             yield _render(out, settings, scene, job)
         return
     chunks = [jobs[start : start + _CHUNK] for start in range(0, len(jobs), _CHUNK)]
-    pool = ProcessPoolExecutor(min(workers, len(chunks)), get_context("spawn"), _leave_interrupts_to_the_parent)
+    pool = ProcessPoolExecutor(min(workers, len(chunks)), get_context("spawn"))
     try:
-        futures: list[Future[list[Result]]] = [
-            pool.submit(_render_all, out, settings, scene, chunk) for chunk in chunks
-        ]
+        with _interrupts_left_to_this_process():
+            futures: list[Future[list[Result]]] = [
+                pool.submit(_render_all, out, settings, scene, chunk) for chunk in chunks
+            ]
         for future in as_completed(futures):
             yield from future.result()
     except BrokenProcessPool as error:
@@ -126,8 +129,17 @@ def _execute(
         pool.shutdown(cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _interrupts_left_to_this_process() -> Iterator[None]:
+    """Processes that are started in the block inherit that Ctrl-C is ignored, from their first moment on."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _render_all(out: Path, settings: RenderSettings, scene: SceneConfig, jobs: list[Job]) -> list[Result]:

@@ -52,11 +52,3 @@ def vertex_neighbours(faces: Int64[np.ndarray, "F 3"], vertex_count: int) -> Flo
     degree = adjacency.sum(1, keepdims=True)
     weights: Float[np.ndarray, "V V"] = np.divide(adjacency, degree, out=np.zeros_like(adjacency), where=degree > 0)
     return weights
-
-
-def mirrored_vertices(mesh: BaseMesh) -> Int64[np.ndarray, "V"]:
-    """The vertex that each vertex meets when the mesh is mirrored in x."""
-    mirrored = mesh.vertices * [-1.0, 1.0, 1.0]
-    distances: Float[np.ndarray, "V V"] = np.abs(mirrored[:, None] - mesh.vertices).sum(2)
-    nearest: Int64[np.ndarray, " V"] = distances.argmin(1)
-    return nearest

@@ -4,7 +4,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from trainer.geometry.topology import BaseMesh, mirrored_vertices
+from trainer.geometry.topology import BaseMesh
 
 # Displacements are learnt in this unit (a diagonal of the object is 1), so that weights are of ordinary size.
 DISPLACEMENT_UNIT = 0.3
@@ -12,22 +12,13 @@ INITIAL_SPREAD = 0.01
 
 
 class SubdivisionDecoder(nn.Module):
-    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself.
-
-    A `symmetric` decoder's shapes are their own mirror images in x: displacements are averaged with their mirror
-    images.
-    """
+    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself."""
 
     base_vertices: Tensor
     faces: Tensor
-    mirror: Tensor
-    mirrored_vertex: Tensor
 
-    def __init__(self, latent: int, hidden: int, base: BaseMesh, symmetric: bool) -> None:
+    def __init__(self, latent: int, hidden: int, base: BaseMesh) -> None:
         super().__init__()
-        self.symmetric = symmetric
-        self.register_buffer("mirror", torch.tensor([-1.0, 1.0, 1.0]), persistent=False)
-        self.register_buffer("mirrored_vertex", torch.as_tensor(mirrored_vertices(base)), persistent=False)
         self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
         self.register_buffer("faces", torch.as_tensor(base.faces))
         self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
@@ -38,7 +29,5 @@ class SubdivisionDecoder(nn.Module):
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""
         offsets = self.displacements(self.hidden(shape_code)).unflatten(1, (-1, 3))
-        if self.symmetric:
-            offsets = 0.5 * (offsets + self.mirror * offsets[:, self.mirrored_vertex])
         vertices: Tensor = self.base_vertices + DISPLACEMENT_UNIT * offsets
         return vertices

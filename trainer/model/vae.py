@@ -24,7 +24,7 @@ class Model(nn.Module):
         self.encoder = Encoder(config.encoder_channels, width, height)
         self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins)
         self.decoder = SubdivisionDecoder(
-            config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE), config.symmetric
+            config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE)
         )
 
     @property

@@ -24,8 +24,8 @@ def load_preset(name: str) -> TrainConfig:
     """
     if name.endswith(".toml"):
         try:
-            text = Path(name).read_text()
-        except OSError as error:
+            text = Path(name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
             raise ConfigError(f"The settings file {name} cannot be read ({error}). Check the path.") from error
     elif name in preset_names():
         text = resources.files(__name__).joinpath(f"{name}.toml").read_text()
@@ -38,4 +38,4 @@ def load_preset(name: str) -> TrainConfig:
     try:
         return from_mapping(TrainConfig, tomllib.loads(text), name, TrainConfig())
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{name} is not TOML ({error}).") from error
+        raise ConfigError(f"{name}: expected a TOML file, found {error}. Mend it.") from error

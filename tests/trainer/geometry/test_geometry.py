@@ -9,7 +9,7 @@ import torch
 from rasteriser.topology import build_topology
 from trainer.geometry.conventions import rotation_about_y, wrap_angle
 from trainer.geometry.normals import vertex_normals
-from trainer.geometry.topology import mirrored_vertices, subdivided_cube, vertex_neighbours
+from trainer.geometry.topology import subdivided_cube, vertex_neighbours
 from trainer.model.decoder import SubdivisionDecoder
 
 
@@ -79,17 +79,7 @@ def test_angles_wrap_into_half_open_minus_pi_to_pi() -> None:
     np.testing.assert_allclose(wrap_angle(angles), [-math.pi, -math.pi, -0.5 * math.pi, 0.0], atol=1e-12)
 
 
-def test_a_symmetric_decoder_s_shapes_are_their_own_mirror_images() -> None:
-    torch.manual_seed(0)
-    decoder = SubdivisionDecoder(3, 8, subdivided_cube(4), symmetric=True)
-    vertices = decoder(10 * torch.randn(2, 3)).detach().numpy()
-    partner = mirrored_vertices(subdivided_cube(4))
-    np.testing.assert_allclose(vertices[:, partner] * [-1, 1, 1], vertices, atol=1e-6)
-    free = SubdivisionDecoder(3, 8, subdivided_cube(4), symmetric=False)(10 * torch.randn(2, 3)).detach().numpy()
-    assert np.abs(free[:, partner] * [-1, 1, 1] - free).max() > 1e-2
-
-
 def test_a_new_decoder_starts_at_the_base_mesh() -> None:
     base = subdivided_cube(4, 0.4)
-    vertices = SubdivisionDecoder(12, 32, base, symmetric=False)(torch.randn(5, 12)).detach().numpy()
+    vertices = SubdivisionDecoder(12, 32, base)(torch.randn(5, 12)).detach().numpy()
     assert np.abs(vertices - base.vertices).max() < 0.02

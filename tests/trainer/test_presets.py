@@ -1,0 +1,70 @@
+"""Every preset is a setting that a training accepts, and a wrong one is answered with the nearest right one."""
+
+from pathlib import Path
+
+import pytest
+
+from trainer.config import TrainConfig
+from trainer.errors import ConfigError
+from trainer.presets import load_preset, preset_names
+from trainer.training.checks import check_settings
+
+
+def test_the_presets_that_the_documentation_names_are_there() -> None:
+    assert {"demo", "paper"} <= set(preset_names())
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_every_preset_is_a_training_that_could_begin(name: str) -> None:
+    check_settings(load_preset(name))
+
+
+def test_the_paper_s_preset_is_what_the_paper_says() -> None:
+    preset = load_preset("paper")
+    assert (preset.width, preset.height, preset.model) == (128, 96, TrainConfig().model)
+    assert preset.loss.objective == "paper"
+    assert preset.loss.kl_weight == preset.loss.kl_weight_start
+    assert preset.loss.laplacian_weight == preset.loss.laplacian_weight_start == 0
+    assert (preset.optimiser.learning_rate, preset.optimiser.gradient_clip) == (1e-3, 5)
+    assert preset.optimiser.batch_size == 128
+    # Appendix B's α : β is 500 : 1 in any unit of the likelihood; docs/paper.md says which one is taken here.
+    assert preset.loss.prior_matching_weight / preset.loss.kl_weight == pytest.approx(500, rel=0.15)
+
+
+def test_a_file_of_one_s_own_changes_what_it_names(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("seed = 5\n[optimiser]\nsteps = 7\n")
+    settings = load_preset(str(path))
+    assert (settings.seed, settings.optimiser.steps) == (5, 7)
+    assert settings.loss == TrainConfig().loss
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (
+            "[optimiser]\nbatchsize = 3",
+            "mine.toml: optimiser: there is no setting 'batchsize'; did you mean 'batch_size'?",
+        ),
+        ("widht = 3", "mine.toml: there is no setting 'widht'; did you mean 'width'?"),
+        ("width = 'x'", "mine.toml: width: expected a whole number, found 'x'"),
+        ("[loss]\nobjective = 'best'", "expected one of 'exact', 'paper', found 'best'"),
+        ("width =", "mine.toml: expected a TOML file, found"),
+    ],
+)
+def test_wrong_content_is_named(tmp_path: Path, content: str, message: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(content)
+    with pytest.raises(ConfigError) as refusal:
+        load_preset(str(path))
+    assert message in str(refusal.value)
+
+
+def test_an_absent_preset_or_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"no preset 'papre'; did you mean 'paper'\?"):
+        load_preset("papre")
+    with pytest.raises(ConfigError, match=r"absent\.toml cannot be read"):
+        load_preset(str(tmp_path / "absent.toml"))
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match=r"binary\.toml cannot be read"):
+        load_preset(str(tmp_path / "binary.toml"))
