@@ -12,10 +12,10 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo test check serve clean
+.PHONY: help install install-service demo test check serve
 
 help:  ## show this list
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|'
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 install: $(VENV)/.installed  ## install everything into .venv
 
@@ -39,8 +39,15 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 	rm -rf out/demo
 	$(BIN)/python scripts/demo.py --output out/demo
 
-test: install install-service tests/validator/node_modules/.installed tests/.egl  ## install everything and run all tests
+test: install install-service tests/validator/node_modules/.installed  ## install everything and run all tests
+	@scripts/install_egl.sh $(BIN)/python
 	$(BIN)/python -m pytest
+
+# The Khronos validator of GLB files, at the version that package-lock.json names.
+tests/validator/node_modules/.installed: tests/validator/package-lock.json
+	@command -v npm >/dev/null || { echo "expected npm, found none; install node and npm (Debian: apt-get install npm)" >&2; exit 1; }
+	npm ci --silent --no-audit --no-fund --prefix tests/validator
+	touch $@
 
 check: install  ## formatting, lint, types and the layering of the packages
 	$(BIN)/ruff format --check .

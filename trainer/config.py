@@ -101,8 +101,8 @@ class LossConfig:
     sinkhorn_iterations: int = 5
     """`exact` objective: rounds that balance the batch's posterior to the uniform prior."""
     encoder_prior: float = 1.0
-    """`exact` objective: power to which the encoder's own ρ enters the E-step as a prior; 0 means a uniform one. What the
-    encoder has learnt from pictures that are clear then decides those that are not."""
+    """`exact` objective: power to which the encoder's own ρ enters the E-step as a prior; 0 means a uniform one. What
+    the encoder has learnt from pictures that are clear then decides those that are not."""
     distillation_weight: float = 80.0
     """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
     laplacian_weight: float = 80.0

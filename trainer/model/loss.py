@@ -71,10 +71,10 @@ def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
 
 
 def balanced_posterior(evidence: Float[Tensor, "B R"], iterations: int) -> Float[Tensor, "B R"]:
-    """The exact E-step: softmax of the bins' evidence (log p / T + log prior), balanced so that the batch uses all alike.
+    """The exact E-step: softmax of the bins' evidence (log p / T + log prior), balanced over the batch.
 
-    A few Sinkhorn rounds: each divides every column by its mean and makes every row sum to 1 again. With it the
-    aggregate posterior matches the uniform prior by construction, as Eq. 13 asks of ρ.
+    A few Sinkhorn rounds: each divides every column by its mean and makes every row sum to 1 again. The batch then uses
+    all bins alike: the aggregate posterior matches the uniform prior by construction, as Eq. 13 asks of ρ.
     """
     log_q = evidence.log_softmax(1)
     for _ in range(iterations):

@@ -1,4 +1,4 @@
-"""The judge against predictors whose figures are known: a perfect one, one with a frame of its own, one that is blind."""
+"""The judge against predictors whose figures are known: a perfect one, one with a frame of its own, a wrong one."""
 
 import dataclasses
 import json
@@ -16,8 +16,8 @@ from torch import Tensor
 
 from trainer.config import CameraConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
-from trainer.data.metadata import METADATA_FILE
 from trainer.data.meshes import load_mesh, mesh_files
+from trainer.data.metadata import METADATA_FILE
 from trainer.data.picture import draw
 from trainer.data.plan import SETTINGS_FILE, RenderSettings
 from trainer.data.render import render_folder

@@ -82,4 +82,4 @@ def test_angles_wrap_into_half_open_minus_pi_to_pi() -> None:
 def test_a_new_decoder_starts_at_the_base_mesh() -> None:
     base = subdivided_cube(4, 0.4)
     vertices = SubdivisionDecoder(12, 32, base)(torch.randn(5, 12)).detach().numpy()
-    assert np.abs(vertices - base.vertices).max() < 0.02
+    assert np.abs(vertices - base.vertices).max() < 0.05
