@@ -19,6 +19,7 @@ Picture = Float32[np.ndarray, "H W 3"]
 
 # The canonical sides that are shown beside a reconstruction, degrees.
 SIDES_DEGREES = (-45.0, 90.0, 180.0)
+COMFORTABLE_WIDTH = 128
 
 
 def render(
@@ -61,4 +62,7 @@ def sample_rows(
 
 
 def as_pictures(images: Float[Tensor, "N 3 H W"]) -> list[Picture]:
-    return list(images.detach().clamp(0, 1).permute(0, 2, 3, 1).numpy().astype(np.float32))
+    """Pictures for a sheet; the pixels of small ones are repeated, so that they can be looked at."""
+    factor = max(1, round(COMFORTABLE_WIDTH / images.shape[3]))
+    enlarged = images.detach().clamp(0, 1).repeat_interleave(factor, 2).repeat_interleave(factor, 3)
+    return list(enlarged.permute(0, 2, 3, 1).numpy().astype(np.float32))
