@@ -84,7 +84,7 @@ class LossConfig:
     `paper` = the encoder's own ρ, by gradient, with prior matching (Eq. loss)."""
     pose_supervision: Literal["none", "azimuth"] = "none"
     """`azimuth` reads the true azimuth from metadata.csv ("iou | θ" in the paper)."""
-    kl_weight: float = 16.0
+    kl_weight: float = 8.0
     """Final weight β of the KL term (paper: 10³ at its own ε; see docs/paper.md)."""
     kl_weight_start: float = 124.0
     """Weight β at the first step; cools exponentially to `kl_weight`. Equal values mean constant, as in the paper."""
@@ -103,11 +103,13 @@ class LossConfig:
     encoder_prior: float = 1.0
     """`exact` objective: power to which the encoder's own ρ enters the E-step as a prior; 0 means a uniform one. What
     the encoder has learnt from pictures that are clear then decides those that are not."""
+    encoder_prior_steps: float = 500.0
+    """Time constant with which that power grows from 0, steps: a young encoder knows nothing yet."""
     distillation_weight: float = 80.0
     """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
-    laplacian_weight: float = 80.0
+    laplacian_weight: float = 20.0
     """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
-    laplacian_weight_start: float = 4000.0
+    laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
 
 

@@ -22,6 +22,7 @@ class LossWeights(NamedTuple):
     kl: float
     prior_matching: float
     temperature: float
+    encoder_prior: float
     distillation: float
     laplacian: float
 

@@ -19,6 +19,7 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         prior_matching=share * config.prior_matching_weight,
         temperature=share
         * cooled(config.temperature_start, config.temperature, config.temperature_cooling_steps, step),
+        encoder_prior=cooled(0.0, config.encoder_prior, config.encoder_prior_steps, step),
         distillation=share * config.distillation_weight,
         laplacian=share * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
     )

@@ -61,7 +61,7 @@ def forward(
         with torch.no_grad():
             centred = bin_views(model, scene, vertices, torch.zeros_like(azimuth_fine))
             log_likelihood = cpu.log_likelihood(*centred, images, geometry.topology)
-        log_prior = config.encoder_prior * posterior.azimuth_logits.detach().log_softmax(1)
+        log_prior = weights.encoder_prior * posterior.azimuth_logits.detach().log_softmax(1)
         evidence = log_likelihood / weights.temperature + log_prior
         responsibility = balanced_posterior(evidence, config.sinkhorn_iterations)
     if responsibility is not None:

@@ -23,7 +23,7 @@ from trainer.model.posterior import (
 )
 
 BATCH, BINS, LATENT, VERTICES = 7, 12, 5, 9
-WEIGHTS = LossWeights(kl=1.3, prior_matching=17.0, temperature=4.0, distillation=2.5, laplacian=3.0)
+WEIGHTS = LossWeights(kl=1.3, prior_matching=17.0, temperature=4.0, encoder_prior=0.0, distillation=2.5, laplacian=3.0)
 
 
 @pytest.fixture
