@@ -41,7 +41,13 @@ def check_settings(config: TrainConfig) -> None:
 
 def _loss_ranges(loss: LossConfig) -> list[tuple[str, float, float, float]]:
     """Weights may be 0; what is divided by may not."""
-    divisors = {"temperature", "temperature_start", "temperature_cooling_steps", "kl_cooling_steps"}
+    divisors = {
+        "temperature",
+        "temperature_start",
+        "temperature_cooling_steps",
+        "kl_cooling_steps",
+        "encoder_prior_steps",
+    }
     numbers = {name: value for name, value in dataclasses.asdict(loss).items() if isinstance(value, int | float)}
     return [(f"loss.{name}", value, 1e-9 if name in divisors else 0, 1e9) for name, value in numbers.items()]
 
