@@ -32,7 +32,7 @@ install-service: $(VENV)-service/.installed  ## install the service alone, witho
 $(VENV)-service/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)-service
 	$(VENV)-service/bin/python -m pip install --quiet --upgrade pip
-	$(VENV)-service/bin/python -m pip install --quiet .
+	$(VENV)-service/bin/python -m pip install --quiet --editable .
 	touch $@
 
 demo: install  ## pictures of cars → training without labels → judge → ONNX → service → a GLB from a picture (out/demo)

@@ -1,5 +1,8 @@
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 SCRIPT = """
 import sys
@@ -28,3 +31,30 @@ def test_service_imports_without_torch_trainer_and_exporter() -> None:
     count, blocked = result.stdout.splitlines()
     assert int(count) >= 15
     assert blocked == "torch is blocked"
+
+
+SERVICE_PYTHON = Path(__file__).parents[2] / ".venv-service/bin/python"
+DRIVER = """
+import importlib.util, json, subprocess, sys, time, urllib.error, urllib.request
+assert not any(map(importlib.util.find_spec, ("torch", "numba", "onnx", "trimesh"))), "more is installed than the service needs"
+process = subprocess.Popen([sys.executable, "-m", "service", "--port", "0", "--models", sys.argv[1]], stdout=subprocess.PIPE, text=True)
+try:
+    address = process.stdout.readline().split()[3]
+    for _ in range(1000):
+        try:
+            urllib.request.urlopen(address + "/readyz").read()
+            break
+        except urllib.error.HTTPError:
+            time.sleep(0.02)
+    print(urllib.request.urlopen(address + "/sample?seed=1").read()[:4])
+finally:
+    process.terminate()
+    process.wait(20)
+"""  # noqa: E501
+
+
+@pytest.mark.skipif(not SERVICE_PYTHON.exists(), reason="there is no .venv-service; make install-service makes it")
+def test_service_answers_in_an_environment_without_torch(bundle_directory: Path, tmp_path: Path) -> None:
+    command = [str(SERVICE_PYTHON), "-c", DRIVER, str(bundle_directory)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=60)
+    assert result.stdout == "b'glTF'\n", result.stderr
