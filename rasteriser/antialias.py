@@ -1,16 +1,9 @@
 """Exact antialiasing of contours: mesh edges beyond which the surface ends or folds back.
 
-The picture so far holds the colour at each pixel's centre. Where a contour crosses the pixel, the part of the pixel
-beyond it, as seen from the centre, has another colour. Each straight piece of contour inside a pixel casts a *shadow*
-away from the centre: the part of the square behind it, between the rays through its ends,
-
-    area(a, b) = sector(a, b) - |a × b| / 2,
-
-and adds area · (colour behind - colour in front). Along a polyline the rays cancel, nested contours superpose, so the
-sum is the exact box-filtered picture wherever colours are constant within the pixel, for any number of contours, and
-also for parts so thin that no pixel centre sees them. Its derivative with respect to the ends of a contour follows in
-closed form. docs/renderer.md has the derivation, and what is approximate: colours are taken at the middle of a piece,
-and a piece is either visible or not.
+Each straight piece of contour inside a pixel casts a *shadow* away from the pixel's centre, the part of the square behind
+it, and adds area · (colour behind - colour in front) to the centre's colour. docs/renderer.md says why this is exact for
+flat colours and any number of contours, and what is approximate: colours are taken at the middle of a piece, and a piece
+is either visible or not.
 """
 
 import numpy as np
