@@ -1,9 +1,9 @@
 """Exact antialiasing of contours: mesh edges beyond which the surface ends or folds back.
 
-Each straight piece of contour inside a pixel casts a *shadow* away from the pixel's centre, the part of the square behind
-it, and adds area · (colour behind - colour in front) to the centre's colour. docs/renderer.md says why this is exact for
-flat colours and any number of contours, and what is approximate: colours are taken at the middle of a piece, and a piece
-is either visible or not.
+Each straight piece of contour inside a pixel casts a *shadow* away from the pixel's centre, the part of the square
+behind it, and adds area · (colour behind - colour in front) to the centre's colour. docs/renderer.md says why this is
+exact for flat colours and any number of contours, and what is approximate: colours are taken at the middle of a piece,
+and a piece is either visible or not.
 """
 
 import numpy as np
