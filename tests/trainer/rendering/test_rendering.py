@@ -60,6 +60,13 @@ def test_light_falls_by_the_cosine_from_both_sides_and_stays_with_the_camera() -
     assert shade(front, torch.zeros(1), scene)[0, 0, 0] == pytest.approx(0.1)
 
 
+def test_a_light_is_met_by_turning_towards_it_not_away() -> None:
+    light = DirectionalLight(azimuth_degrees=60.0, elevation_degrees=0.0, colour=(1.0, 1.0, 1.0))
+    scene, front = SceneConfig(lights=(light,)), torch.tensor([[[0.0, 0.0, 1.0]]])
+    assert shade(front, torch.tensor([math.pi / 3]), scene)[0, 0, 0] == pytest.approx(1.0)
+    assert shade(front, torch.tensor([-math.pi / 3]), scene)[0, 0, 0] == pytest.approx(0.5)
+
+
 def test_the_reference_s_gradient_is_that_of_its_picture() -> None:
     checked = 0
     for seed in range(40):
