@@ -25,9 +25,16 @@ COMMANDS = ("render", "train", "evaluate", "sample")
 
 
 def start(*arguments: str | Path) -> subprocess.Popen[str]:
-    """`python -m trainer …` in a process group of its own, as a terminal would start it."""
+    """`python -m trainer …` in a process group of its own, as a terminal would start it: with Ctrl-C not ignored, as it
+    is where these tests themselves run in the background of a shell."""
     command = [sys.executable, "-m", "trainer", *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
