@@ -55,9 +55,10 @@ class ImageSet:
     def batch(self, indices: Integer[ndarray, "B"] | Integer[Tensor, "B"]) -> Float[Tensor, "B 3 H W"]:
         """Linear pictures 0..1 of the given numbers, in float32 on the CPU."""
         chosen = np.asarray(indices, np.int64)
-        linear = np.empty((len(chosen), *self.pictures.shape[1:]), np.float32)
-        _look_up(self.pictures.reshape(len(self), -1), chosen, decode_table(), linear.reshape(len(chosen), -1))
-        return torch.from_numpy(linear)
+        # Allocated by torch: its memory is aligned, so that what is computed from it is the same in every run.
+        linear = torch.empty((len(chosen), *self.pictures.shape[1:]))
+        _look_up(self.pictures.reshape(len(self), -1), chosen, decode_table(), linear.numpy().reshape(len(chosen), -1))
+        return linear
 
 
 def load_image_folder(folder: Path, width: int, height: int) -> ImageSet:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from jaxtyping import Float, Int64
 from torch import Tensor
@@ -20,6 +21,11 @@ NEGLIGIBLE_RESPONSIBILITY = 1e-3
 def topology_of(faces: Int64[Tensor, "F 3"]) -> Topology:
     """Edges and adjacency of a mesh, computed once for a training."""
     return build_topology(faces.detach().cpu().numpy())
+
+
+def _owned(array: npt.NDArray[np.float32]) -> Tensor:
+    """A tensor in torch's own, aligned memory: matrix products round differently elsewhere, from run to run."""
+    return torch.from_numpy(array).clone()
 
 
 class _LogLikelihood(torch.autograd.Function):
@@ -50,8 +56,8 @@ class _LogLikelihood(torch.autograd.Function):
             pictures.numpy(),
             scales,
         )
-        to_screen = torch.from_numpy(gradients.screen).reshape(screen.shape)
-        return to_screen, torch.from_numpy(gradients.colours).reshape(colours.shape), None, None
+        to_screen = _owned(gradients.screen).reshape(screen.shape)
+        return to_screen, _owned(gradients.colours).reshape(colours.shape), None, None
 
 
 class _ExpectedLogLikelihood(torch.autograd.Function):
@@ -70,8 +76,8 @@ class _ExpectedLogLikelihood(torch.autograd.Function):
             scales,
         )
         ctx.save_for_backward(
-            torch.from_numpy(gradients.screen).reshape(screen.shape),
-            torch.from_numpy(gradients.colours).reshape(colours.shape),
+            _owned(gradients.screen).reshape(screen.shape),
+            _owned(gradients.colours).reshape(colours.shape),
         )
         return torch.as_tensor((values * scales).reshape(count, bins).sum(1), dtype=screen.dtype)
 
@@ -97,7 +103,7 @@ class _Draw(torch.autograd.Function):
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
         screen, colours = ctx.saved_tensors
         gradients = likelihood.draw_gradient(screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy())
-        return torch.from_numpy(gradients.screen), torch.from_numpy(gradients.colours), None, None, None
+        return _owned(gradients.screen), _owned(gradients.colours), None, None, None
 
 
 def log_likelihood(
