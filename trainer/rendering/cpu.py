@@ -24,7 +24,7 @@ def topology_of(faces: Int64[Tensor, "F 3"]) -> Topology:
 
 
 def _owned(array: npt.NDArray[np.float32]) -> Tensor:
-    """A tensor in torch's own, aligned memory: matrix products round differently elsewhere, from run to run."""
+    """A tensor in torch's own, aligned memory: elsewhere, matrix products may round differently from run to run."""
     return torch.from_numpy(array).clone()
 
 
