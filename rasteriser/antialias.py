@@ -1,88 +1,23 @@
-"""Exact antialiasing of contours: mesh edges beyond which the surface ends or folds back.
+"""Exact antialiasing: what each piece of contour, crease or crossing changes in its pixel.
 
-Each straight piece of contour inside a pixel casts a *shadow* away from the pixel's centre, the part of the square
-behind it, and adds area · (colour behind - colour in front) to the centre's colour. docs/renderer.md says why this is
-exact for flat colours and any number of contours, and what is approximate: colours are taken at the middle of a piece,
-and a piece is either visible or not.
+Seen from the pixel's centre, a piece casts a *shadow*, the part of the pixel's square behind it. The pixel changes by
+the shadow's integral of (colour of the face beyond the piece - colour of the face on this side of it), both linear
+around the centre: area and first moments of the shadow are all that is needed. docs/renderer.md says why the sum over
+all pieces is the box filter.
 """
 
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import NOTHING, line_value, plane_value, touches
-from rasteriser.shading import add_colour_gradient
-
-AT_VERTEX, AT_COLUMN, AT_ROW = 0, 1, 2
-# A piece is hidden by a face in front of it by more than this share of its inverse depth.
-DEPTH_MARGIN = 1e-6
+from rasteriser.coverage import NOTHING, plane_value
+from rasteriser.pieces import AT_COLUMN, AT_EDGE, AT_ROW, AT_VERTEX
+from rasteriser.segments import CROSSING
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def contour_side(lines, sides, edges, edge_faces, face_edges, edge):
-    """+1 or -1, the side of an edge on which its surface lies; 0 for an edge that is no contour."""
-    found = 0
-    for slot in range(2):
-        face = edge_faces[edge, slot]
-        if face >= 0:
-            for corner in range(3):
-                if face_edges[face, corner] == edge and sides[face, corner] != 0:
-                    if found == 0:
-                        found = sides[face, corner]
-                    elif found != sides[face, corner]:
-                        return 0
-    return found
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def cut_at_pixels(x0, y0, x1, y1, width, height, cuts, kinds):
-    """Parameters t in [0, 1], in order, at which a segment enters, changes pixel in, and leaves the picture.
-
-    kinds tells what is met at each: the segment's own end, a column boundary or a row boundary. Returns how many there
-    are; fewer than two when the segment misses the picture.
-    """
-    dx, dy = x1 - x0, y1 - y0
-    start, end, start_kind, end_kind = 0.0, 1.0, AT_VERTEX, AT_VERTEX
-    for axis in range(2):
-        origin, step, size = (x0, dx, np.float64(width)) if axis == 0 else (y0, dy, np.float64(height))
-        kind = AT_COLUMN if axis == 0 else AT_ROW
-        if step == 0.0:
-            if not 0.0 <= origin < size:
-                return 0
-            continue
-        enter, leave = -origin / step, (size - origin) / step
-        if enter > leave:
-            enter, leave = leave, enter
-        if enter > start:
-            start, start_kind = enter, kind
-        if leave < end:
-            end, end_kind = leave, kind
-    if not start < end:
-        return 0
-    count = 1
-    cuts[0], kinds[0] = start, start_kind
-    # The next column and row boundary ahead of the start, and the parameter from one boundary to the next.
-    column = np.floor(x0 + start * dx) + (1 if dx > 0 else 0)
-    row = np.floor(y0 + start * dy) + (1 if dy > 0 else 0)
-    while True:
-        at_column = (column - x0) / dx if dx != 0.0 else np.inf
-        at_row = (row - y0) / dy if dy != 0.0 else np.inf
-        at = min(at_column, at_row)
-        if not at < end or count >= len(cuts) - 1:
-            break
-        if at > cuts[count - 1]:
-            cuts[count], kinds[count] = at, AT_COLUMN if at_column <= at_row else AT_ROW
-            count += 1
-        if at_column <= at_row:
-            column += 1 if dx > 0 else -1
-        else:
-            row += 1 if dy > 0 else -1
-    cuts[count], kinds[count] = end, end_kind
-    return count + 1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
 def perimeter_position(x, y):
-    """Where the ray from the square's centre through (x, y) leaves it: 0 to 4 counter-clockwise, a unit a side."""
+    """Where the ray from the centre of the unit square through (x, y) leaves it: side k has the positions k ± 1/2,
+    counter-clockwise from the right."""
     if abs(x) >= abs(y):
         if x == 0.0:
             return 0.0
@@ -90,160 +25,220 @@ def perimeter_position(x, y):
     return -0.5 * x / y + (1.0 if y > 0 else 3.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def shadow_area(ax, ay, bx, by):
-    """Area of the unit square around the origin that lies behind the segment a b, as seen from the origin."""
-    turn = abs(perimeter_position(bx, by) - perimeter_position(ax, ay))
-    return min(turn, 4.0 - turn) / 4.0 - abs(ax * by - ay * bx) / 2.0
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def swept_moment(position):
+    """First moments of the part of the square that a ray sweeps from the lower right corner up to a position."""
+    if position < 0.5 or position >= 3.5:
+        s = position if position < 0.5 else position - 4.0
+        return (s + 0.5) / 12.0, (s * s - 0.25) / 12.0
+    if position < 1.5:
+        s = position - 1.0
+        return (1.0 - (s * s - 0.25)) / 12.0, (s + 0.5) / 12.0
+    if position < 2.5:
+        s = position - 2.0
+        return (1.0 - (s + 0.5)) / 12.0, (1.0 - (s * s - 0.25)) / 12.0
+    s = position - 3.0
+    return (s * s - 0.25) / 12.0, (1.0 - (s + 0.5)) / 12.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def is_hidden(lines, planes, sides, face_edges, edge_faces, visible, edge, x, y, w, ix, iy):
-    """Whether the face seen at pixel (ix, iy) covers the point (x, y) of an edge and lies in front of it."""
-    face = visible[iy + 1, ix + 1]
-    if face == NOTHING or face == edge_faces[edge, 0] or face == edge_faces[edge, 1]:
-        return False
-    in_front = plane_value(planes, face, 0, x, y) > w * (1.0 + DEPTH_MARGIN)
-    return in_front and touches(lines, face_edges, sides, face, x, y)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def look_at_piece(lines, planes, sides, face_edges, edge_faces, visible, edge, side, x, y, w, ix, iy):
-    """What meets at the middle (x, y, w) of a piece of contour in pixel (ix, iy).
-
-    Returns (seen, sign, far_face, far_x, far_y): sign is +1 where the pixel's centre lies on the side of the edge's
-    positive half-plane, -1 where not; the colour across the contour is that of far_face at (far_x, far_y).
-    """
-    sign = 1 if line_value(lines, edge, ix + 0.5, iy + 0.5) >= 0 else -1
-    # One pixel along the larger component of the line's normal always reaches the other side.
-    step_x, step_y = 0, 0
-    if abs(lines[edge, 0]) > abs(lines[edge, 1]):
-        step_x = -sign if lines[edge, 0] > 0 else sign
-    else:
-        step_y = -sign if lines[edge, 1] > 0 else sign
-    across = visible[iy + step_y + 1, ix + step_x + 1]
-    far_face, far_x, far_y = across, ix + step_x + 0.5, iy + step_y + 0.5
-    if sign != side:
-        far_face, far_x, far_y = visible[iy + 1, ix + 1], ix + 0.5, iy + 0.5
-    seen = not is_hidden(lines, planes, sides, face_edges, edge_faces, visible, edge, x, y, w, ix, iy)
-    seen = seen and not is_hidden(
-        lines, planes, sides, face_edges, edge_faces, visible, edge, x, y, w, ix + step_x, iy + step_y
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def shadow_of(ax, ay, bx, by):
+    """Area and first moments of the part of the unit square around the origin behind the segment a b."""
+    cross = ax * by - ay * bx
+    turn = 1.0 if cross > 0.0 else -1.0
+    start, end = perimeter_position(ax, ay), perimeter_position(bx, by)
+    swept = abs(end - start)
+    start_x, start_y = swept_moment(start)
+    end_x, end_y = swept_moment(end)
+    triangle = abs(cross) / 6.0
+    return (
+        min(swept, 4.0 - swept) / 4.0 - abs(cross) / 2.0,
+        turn * (end_x - start_x) - triangle * (ax + bx),
+        turn * (end_y - start_y) - triangle * (ay + by),
     )
-    if seen and far_face != NOTHING and touches(lines, face_edges, sides, far_face, x, y):
-        far_x, far_y = x, y
-    return seen, sign, far_face, far_x, far_y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_contours(screen, colours, edges, edge_faces, face_edges, lines, planes, sides, visible, cuts, kinds, picture):
-    """Adds to picture [C, H, W] what contours change in the pixels that they cross."""
-    channels, height, width = picture.shape
-    for edge in range(edges.shape[0]):
-        side = contour_side(lines, sides, edges, edge_faces, face_edges, edge)
-        if side == 0:
-            continue
-        i, j = edges[edge, 0], edges[edge, 1]
-        x0, y0, w0 = np.float64(screen[i, 0]), np.float64(screen[i, 1]), np.float64(screen[i, 2])
-        x1, y1, w1 = np.float64(screen[j, 0]), np.float64(screen[j, 1]), np.float64(screen[j, 2])
-        count = cut_at_pixels(x0, y0, x1, y1, width, height, cuts, kinds)
-        for piece in range(count - 1):
-            middle = 0.5 * (cuts[piece] + cuts[piece + 1])
-            x, y, w = x0 + middle * (x1 - x0), y0 + middle * (y1 - y0), w0 + middle * (w1 - w0)
-            ix, iy = min(max(int(x), 0), width - 1), min(max(int(y), 0), height - 1)
-            seen, sign, far_face, far_x, far_y = look_at_piece(
-                lines, planes, sides, face_edges, edge_faces, visible, edge, side, x, y, w, ix, iy
-            )
-            if not seen:
-                continue
-            ax, ay = x0 + cuts[piece] * (x1 - x0) - ix - 0.5, y0 + cuts[piece] * (y1 - y0) - iy - 0.5
-            bx, by = x0 + cuts[piece + 1] * (x1 - x0) - ix - 0.5, y0 + cuts[piece + 1] * (y1 - y0) - iy - 0.5
-            area = shadow_area(ax, ay, bx, by)
-            towards_far = area if sign == side else -area
-            share = middle * w1 / w
-            far_depth = 0.0 if far_face == NOTHING else 1.0 / plane_value(planes, far_face, 0, far_x, far_y)
-            for c in range(channels):
-                near = colours[i, c] + share * (colours[j, c] - colours[i, c])
-                far = 0.0 if far_face == NOTHING else plane_value(planes, far_face, 1 + c, far_x, far_y) * far_depth
-                picture[c, iy, ix] += towards_far * (far - near)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def add_face(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture, ix, iy):
+    """Adds sign · ∫ colour of a face over a shadow whose moments are about (x, y), to a pixel of picture [C, H, >= W].
+
+    The colour is taken as linear: tangent to the true one at (x, y) where the face's plane has a depth there that
+    occurs on the face; elsewhere as between the face's corners.
+    """
+    channels = picture.shape[0]
+    depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]
+    if boxes[face, 4] <= depth <= boxes[face, 5]:
+        inverse = 1.0 / depth
+        to_value = (area - (moment_x * slope_x + moment_y * slope_y) * inverse) * inverse
+        for c in range(channels):
+            change = moment_x * planes[face, 1 + c, 1] + moment_y * planes[face, 1 + c, 2]
+            picture[c, iy, ix] += sign * (to_value * plane_value(planes, face, 1 + c, x, y) + change * inverse)
+    else:
+        for c in range(1 + channels, 1 + 2 * channels):
+            change = moment_x * planes[face, c, 1] + moment_y * planes[face, c, 2]
+            picture[c - 1 - channels, iy, ix] += sign * (area * plane_value(planes, face, c, x, y) + change)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def contours_gradient(
-    screen, colours, edges, edge_faces, face_edges, lines, planes, sides, visible, cuts, kinds, picture_gradient,
-    plane_gradients, screen_gradient, colour_gradient,
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def face_gradient(
+    planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients
+):
+    """Adjoint of `add_face`; returns the gradients of area and moments, and adds to plane_gradients."""
+    channels = picture_gradient.shape[0]
+    depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]
+    to_area, to_x, to_y = 0.0, 0.0, 0.0
+    if boxes[face, 4] <= depth <= boxes[face, 5]:
+        inverse = 1.0 / depth
+        to_value = (area - (moment_x * slope_x + moment_y * slope_y) * inverse) * inverse
+        along_x, along_y = moment_x * inverse, moment_y * inverse
+        to_depth, value_sum = 0.0, 0.0
+        for c in range(channels):
+            upstream = sign * np.float64(picture_gradient[c, iy, ix])
+            value = plane_value(planes, face, 1 + c, x, y) * inverse
+            change_x = (planes[face, 1 + c, 1] - value * slope_x) * inverse
+            change_y = (planes[face, 1 + c, 2] - value * slope_y) * inverse
+            to_area += upstream * value
+            to_x += upstream * change_x
+            to_y += upstream * change_y
+            plane_gradients[face, 1 + c, 0] += upstream * to_value
+            plane_gradients[face, 1 + c, 1] += upstream * (to_value * x + along_x)
+            plane_gradients[face, 1 + c, 2] += upstream * (to_value * y + along_y)
+            to_depth -= upstream * (value * to_value + along_x * change_x + along_y * change_y)
+            value_sum += upstream * value
+        plane_gradients[face, 0, 0] += to_depth
+        plane_gradients[face, 0, 1] += to_depth * x - along_x * value_sum
+        plane_gradients[face, 0, 2] += to_depth * y - along_y * value_sum
+    else:
+        for c in range(1 + channels, 1 + 2 * channels):
+            upstream = sign * np.float64(picture_gradient[c - 1 - channels, iy, ix])
+            to_area += upstream * plane_value(planes, face, c, x, y)
+            to_x += upstream * planes[face, c, 1]
+            to_y += upstream * planes[face, c, 2]
+            plane_gradients[face, c, 0] += upstream * area
+            plane_gradients[face, c, 1] += upstream * (area * x + moment_x)
+            plane_gradients[face, c, 2] += upstream * (area * y + moment_y)
+    return to_area, to_x, to_y
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def add_pieces(planes, boxes, points, codes, count, picture):
+    """Adds to picture [C, H, >= W] what pieces change in the pixels that they lie in."""
+    for n in range(count):
+        ix, iy = codes[n, 0], codes[n, 1]
+        area, moment_x, moment_y = shadow_of(points[n, 0], points[n, 1], points[n, 2], points[n, 3])
+        for which in range(2):
+            face = codes[n, 2 + which]
+            if face != NOTHING:
+                sign = -1.0 if which == 0 else 1.0
+                add_face(planes, boxes, face, ix + 0.5, iy + 0.5, sign, area, moment_x, moment_y, picture, ix, iy)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def line_of(segment, codes, lines, planes):
+    """(a, b, c) of the line that a segment lies on."""
+    if codes[segment, 0] != CROSSING:
+        e = codes[segment, 0]
+        return lines[e, 0], lines[e, 1], lines[e, 2]
+    f, g = codes[segment, 1], codes[segment, 2]
+    return (
+        planes[f, 0, 1] - planes[g, 0, 1],
+        planes[f, 0, 2] - planes[g, 0, 2],
+        planes[f, 0, 0] - planes[g, 0, 0],
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def edge_gradient(screen, edges, edge, x, y, to_value, screen_gradient):
+    """Adjoint of the value of an edge's line at a fixed point."""
+    i, j = edges[edge, 0], edges[edge, 1]
+    screen_gradient[i, 0] += to_value * (y - screen[j, 1])
+    screen_gradient[i, 1] += to_value * (screen[j, 0] - x)
+    screen_gradient[j, 0] += to_value * (screen[i, 1] - y)
+    screen_gradient[j, 1] += to_value * (x - screen[i, 0])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def segment_gradient(screen, edges, segment, codes, x, y, to_value, screen_gradient, plane_gradients):
+    """Adjoint of the value of a segment's line at a fixed point."""
+    if codes[segment, 0] != CROSSING:
+        edge_gradient(screen, edges, codes[segment, 0], x, y, to_value, screen_gradient)
+        return
+    for which in range(2):
+        face, part = codes[segment, 1 + which], to_value if which == 0 else -to_value
+        plane_gradients[face, 0, 0] += part
+        plane_gradients[face, 0, 1] += part * x
+        plane_gradients[face, 0, 2] += part * y
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def end_gradient(
+    screen, edges, lines, planes, segment, kind, at, segment_codes, x, y, to_x, to_y, screen_gradient, plane_gradients
+):
+    """Adjoint of where a piece ends: at a vertex, or where its segment's line meets another line."""
+    if kind == AT_VERTEX:
+        screen_gradient[at, 0] += to_x
+        screen_gradient[at, 1] += to_y
+        return
+    a, b, _ = line_of(segment, segment_codes, lines, planes)
+    if kind == AT_COLUMN:
+        other_a, other_b = 1.0, 0.0
+    elif kind == AT_ROW:
+        other_a, other_b = 0.0, 1.0
+    elif kind == AT_EDGE:
+        other_a, other_b = lines[at, 0], lines[at, 1]
+    else:
+        other_a, other_b, _ = line_of(at, segment_codes, lines, planes)
+    determinant = a * other_b - b * other_a
+    if determinant == 0.0:
+        return
+    # Both lines vanish at the point: d point = -J⁻¹ (d own, d other), with J the lines' slopes.
+    to_own = (other_a * to_y - other_b * to_x) / determinant
+    to_other = (b * to_x - a * to_y) / determinant
+    segment_gradient(screen, edges, segment, segment_codes, x, y, to_own, screen_gradient, plane_gradients)
+    if kind == AT_EDGE:
+        edge_gradient(screen, edges, at, x, y, to_other, screen_gradient)
+    elif kind not in (AT_COLUMN, AT_ROW):
+        segment_gradient(screen, edges, at, segment_codes, x, y, to_other, screen_gradient, plane_gradients)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def pieces_gradient(
+    screen, edges, lines, planes, boxes, segment_codes, points, codes, count, picture_gradient,
+    plane_gradients, screen_gradient,
 ):  # fmt: skip
-    """Adjoint of `add_contours`; the last three arrays are added to."""
-    channels, height, width = picture_gradient.shape
-    for edge in range(edges.shape[0]):
-        side = contour_side(lines, sides, edges, edge_faces, face_edges, edge)
-        if side == 0:
-            continue
-        i, j = edges[edge, 0], edges[edge, 1]
-        x0, y0, w0 = np.float64(screen[i, 0]), np.float64(screen[i, 1]), np.float64(screen[i, 2])
-        x1, y1, w1 = np.float64(screen[j, 0]), np.float64(screen[j, 1]), np.float64(screen[j, 2])
-        dx, dy = x1 - x0, y1 - y0
-        count = cut_at_pixels(x0, y0, x1, y1, width, height, cuts, kinds)
-        for piece in range(count - 1):
-            middle = 0.5 * (cuts[piece] + cuts[piece + 1])
-            x, y, w = x0 + middle * dx, y0 + middle * dy, w0 + middle * (w1 - w0)
-            ix, iy = min(max(int(x), 0), width - 1), min(max(int(y), 0), height - 1)
-            seen, sign, far_face, far_x, far_y = look_at_piece(
-                lines, planes, sides, face_edges, edge_faces, visible, edge, side, x, y, w, ix, iy
-            )
-            if not seen:
-                continue
-            ax, ay = x0 + cuts[piece] * dx - ix - 0.5, y0 + cuts[piece] * dy - iy - 0.5
-            bx, by = x0 + cuts[piece + 1] * dx - ix - 0.5, y0 + cuts[piece + 1] * dy - iy - 0.5
-            area = shadow_area(ax, ay, bx, by)
-            flip = 1.0 if sign == side else -1.0
-            share = middle * w1 / w
-            far_depth = 0.0 if far_face == NOTHING else 1.0 / plane_value(planes, far_face, 0, far_x, far_y)
-            follows = far_face != NOTHING and far_x == x and far_y == y
-            to_area, to_share, to_x, to_y = 0.0, 0.0, 0.0, 0.0
-            for c in range(channels):
-                gradient = np.float64(picture_gradient[c, iy, ix])
-                step = colours[j, c] - colours[i, c]
-                near = colours[i, c] + share * step
-                far = 0.0
-                if far_face != NOTHING:
-                    far = plane_value(planes, far_face, 1 + c, far_x, far_y) * far_depth
-                    to_far = gradient * flip * area
-                    add_colour_gradient(planes, far_face, far_x, far_y, c, to_far, plane_gradients)
-                    if follows:
-                        to_x += to_far * (planes[far_face, 1 + c, 1] - far * planes[far_face, 0, 1]) * far_depth
-                        to_y += to_far * (planes[far_face, 1 + c, 2] - far * planes[far_face, 0, 2]) * far_depth
-                to_area += gradient * flip * (far - near)
-                to_near = -gradient * flip * area
-                to_share += to_near * step
-                colour_gradient[i, c] += to_near * (1.0 - share)
-                colour_gradient[j, c] += to_near * share
-            # share = t w1 / (w0 + t (w1 - w0)), with t the middle of the piece.
-            to_middle = to_share * w0 * w1 / (w * w) + to_x * dx + to_y * dy
-            screen_gradient[i, 2] -= to_share * middle * w1 * (1.0 - middle) / (w * w)
-            screen_gradient[j, 2] += to_share * middle * w0 * (1.0 - middle) / (w * w)
-            screen_gradient[i, 0] += to_x * (1.0 - middle)
-            screen_gradient[i, 1] += to_y * (1.0 - middle)
-            screen_gradient[j, 0] += to_x * middle
-            screen_gradient[j, 1] += to_y * middle
-            turn = 1.0 if ax * by - ay * bx >= 0 else -1.0
-            for end in range(2):
-                t, kind = cuts[piece + end], kinds[piece + end]
-                # d area: the sector's end moves by (p × dp) / (8 max|p|²), the triangle by (dp × other) / 2.
-                px, py, ox, oy = (ax, ay, bx, by) if end == 0 else (bx, by, ax, ay)
-                outward = turn if end == 1 else -turn
-                reach = max(abs(px), abs(py))
-                spin = 0.125 / (reach * reach) if reach > 0.0 else 0.0
-                to_px = to_area * outward * (-spin * py + 0.5 * oy)
-                to_py = to_area * outward * (spin * px - 0.5 * ox)
-                screen_gradient[i, 0] += (1.0 - t) * to_px
-                screen_gradient[i, 1] += (1.0 - t) * to_py
-                screen_gradient[j, 0] += t * to_px
-                screen_gradient[j, 1] += t * to_py
-                # Where the end lies on a pixel's boundary, t itself moves with the segment.
-                to_t = to_px * dx + to_py * dy + 0.5 * to_middle
-                if kind == AT_COLUMN:
-                    screen_gradient[i, 0] -= to_t * (1.0 - t) / dx
-                    screen_gradient[j, 0] -= to_t * t / dx
-                elif kind == AT_ROW:
-                    screen_gradient[i, 1] -= to_t * (1.0 - t) / dy
-                    screen_gradient[j, 1] -= to_t * t / dy
+    """Adjoint of `add_pieces`, and of where the pieces end; the last two arrays are added to."""
+    for n in range(count):
+        ix, iy = codes[n, 0], codes[n, 1]
+        ax, ay, bx, by = points[n, 0], points[n, 1], points[n, 2], points[n, 3]
+        area, moment_x, moment_y = shadow_of(ax, ay, bx, by)
+        to_area, to_x, to_y = 0.0, 0.0, 0.0
+        for which in range(2):
+            face = codes[n, 2 + which]
+            if face != NOTHING:
+                sign = -1.0 if which == 0 else 1.0
+                part, part_x, part_y = face_gradient(
+                    planes, boxes, face, ix + 0.5, iy + 0.5, sign, area, moment_x, moment_y, picture_gradient, ix, iy,
+                    plane_gradients,
+                )  # fmt: skip
+                to_area += part
+                to_x += part_x
+                to_y += part_y
+        cross = ax * by - ay * bx
+        turn = 1.0 if cross > 0.0 else -1.0
+        along_sum = to_x * (ax + bx) + to_y * (ay + by)
+        for end in range(2):
+            px, py, ox, oy = (ax, ay, bx, by) if end == 0 else (bx, by, ax, ay)
+            outward = -turn if end == 0 else turn
+            # The ray through the end sweeps (p × dp) / (8 max|p|²), whose centroid lies at 2/3 of the way to the
+            # border; the triangle in front of the piece grows by (other × dp) / 2.
+            reach = max(abs(px), abs(py))
+            spin = 0.0
+            if reach > 0.0:
+                spin = 0.125 / (reach * reach) * (to_area + (to_x * px + to_y * py) / (3.0 * reach))
+            triangle = 0.5 * to_area + along_sum / 6.0
+            to_px = outward * (-spin * py + triangle * oy) - abs(cross) / 6.0 * to_x
+            to_py = outward * (spin * px - triangle * ox) - abs(cross) / 6.0 * to_y
+            end_gradient(
+                screen, edges, lines, planes, codes[n, 4], codes[n, 5 + 2 * end], codes[n, 6 + 2 * end], segment_codes,
+                px + ix + 0.5, py + iy + 0.5, to_px, to_py, screen_gradient, plane_gradients,
+            )  # fmt: skip

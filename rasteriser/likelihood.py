@@ -11,13 +11,26 @@ import numpy as np
 import numpy.typing as npt
 from numba import get_num_threads, njit, prange
 
-from rasteriser.antialias import add_contours, contours_gradient
-from rasteriser.coverage import bounding_box, rasterise, set_up_edges, set_up_faces
-from rasteriser.pyramid import pyramid_gradient, pyramid_log_likelihood
+from rasteriser.antialias import add_pieces, pieces_gradient
+from rasteriser.coverage import LANES, bounding_box, rasterise, set_up_edges, set_up_faces
+from rasteriser.grid import grid_over, sort_into_cells
+from rasteriser.pieces import find_pieces
+from rasteriser.pyramid import (
+    box_above,
+    clear_below,
+    level_table,
+    picture_pyramid,
+    pyramid_gradient,
+    pyramid_log_likelihood,
+)
+from rasteriser.segments import cuts_between, find_segments
 from rasteriser.shading import add_interior, faces_gradient, interior_gradient
 from rasteriser.topology import Topology
 
 FloatArray = npt.NDArray[np.float32]
+
+CREASE = 0.02
+"""Jump in the colour's change per pixel above which an edge inside the surface is antialiased, as contours are."""
 
 
 class Gradients(NamedTuple):
@@ -30,186 +43,258 @@ class Gradients(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _workspace(vertex_count, topology, picture_shape):
-    """Scratch memory of one thread: what a mesh looks like (7 arrays), gradients (3), residual and pyramid (3)."""
-    channels, height, width = picture_shape
+def _workspace(vertex_count, topology, channels, width, height):
+    """Scratch memory of one thread: what is known of a mesh's edges, faces and pixels (7 arrays), gradients (3), lanes (3)."""
     face_count, edge_count = len(topology[0]), len(topology[1])
     return (
         np.empty((edge_count, 3)),
-        np.empty((face_count, 1 + channels, 3)),
+        np.empty((face_count, 1 + 2 * channels, 3)),
         np.empty((face_count, 3), np.int8),
-        np.empty((height + 2, width + 2)),
-        np.empty((height + 2, width + 2), np.int32),
-        np.empty(height + width + 8),
-        np.empty(height + width + 8, np.int8),
-        np.empty((face_count, 1 + channels, 3)),
+        np.empty((face_count, 6)),
+        np.empty((height, width + LANES)),
+        np.empty((height, width + LANES), np.int32),
+        np.empty(face_count, np.bool_),
+        np.empty((face_count, 1 + 2 * channels, 3)),
         np.empty((vertex_count, 3)),
         np.empty((vertex_count, channels)),
-        np.empty(picture_shape, np.float32),
-        np.empty(2 * height * width + 2 * (height + width) + 8, np.float32),
-        np.empty(height * width + height + width + 8, np.float32),
+        np.empty(LANES),
+        np.empty(LANES),
+        np.empty((1 + channels, 3, LANES)),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw(screen, colours, topology, workspace, picture):
-    """Adds the antialiased picture of one mesh to picture [C, H, W]; returns the box that it lies in."""
+def _draw(screen, colours, topology, crease, workspace, box, width, picture):
+    """Adds the antialiased picture of one mesh to picture [C, H, W + LANES], inside its box.
+
+    Returns the pieces of contour, crease and crossing, for `_draw_gradient`.
+    """
     faces, edges, edge_faces, face_edges = topology
-    lines, planes, sides, nearest, visible, cuts, kinds = workspace[:7]
+    lines, planes, sides, boxes, nearest, visible, seen = workspace[:7]
+    channels, height = picture.shape[0], picture.shape[1]
     set_up_edges(screen, edges, lines)
-    set_up_faces(screen, colours, faces, face_edges, lines, planes, sides)
-    box = bounding_box(screen, picture.shape[2], picture.shape[1])
-    rasterise(screen, faces, face_edges, lines, planes, sides, box, nearest, visible)
-    add_interior(planes, visible, box, picture)
-    add_contours(screen, colours, edges, edge_faces, face_edges, lines, planes, sides, visible, cuts, kinds, picture)
-    return box
+    set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes)
+    rasterise(face_edges, lines, planes, sides, boxes, box, width, nearest, visible, seen)
+    add_interior(planes, boxes, seen, visible, width, workspace[10], picture)
+
+    grid = grid_over(box, len(faces))
+    starts, items = sort_into_cells(boxes, len(faces), grid)
+    ends, segment_codes, count = find_segments(
+        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
+        grid, starts, items,
+    )  # fmt: skip
+    heads, links, link_places, link_count = cuts_between(ends, count, box)
+    points, codes, found = find_pieces(
+        edges, face_edges, lines, planes, sides, grid, starts, items, ends, segment_codes, count,
+        heads, links, link_places, link_count, width, height,
+    )  # fmt: skip
+    add_pieces(planes, boxes, points, codes, found, picture)
+    return segment_codes, points, codes, found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw_gradient(screen, colours, topology, workspace, box, picture_gradient):
+def _draw_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
     """Adjoint of `_draw`, right after it; leaves the gradients of vertices and colours in the workspace."""
-    faces, edges, edge_faces, face_edges = topology
-    lines, planes, sides, _, visible, cuts, kinds = workspace[:7]
-    plane_gradients, screen_gradient, colour_gradient = workspace[7:10]
+    faces, edges = topology[0], topology[1]
+    lines, planes, sides, boxes, _, visible, seen, plane_gradients, screen_gradient, colour_gradient = workspace[:10]
+    segment_codes, points, codes, found = pieces
     plane_gradients[:] = 0.0
     screen_gradient[:] = 0.0
     colour_gradient[:] = 0.0
-    interior_gradient(planes, visible, box, picture_gradient, plane_gradients)
-    contours_gradient(
-        screen, colours, edges, edge_faces, face_edges, lines, planes, sides, visible, cuts, kinds, picture_gradient,
-        plane_gradients, screen_gradient, colour_gradient,
+    interior_gradient(
+        planes, boxes, seen, visible, width, workspace[10], workspace[11], workspace[12], picture_gradient,
+        plane_gradients,
+    )  # fmt: skip
+    pieces_gradient(
+        screen, edges, lines, planes, boxes, segment_codes, points, codes, found, picture_gradient,
+        plane_gradients, screen_gradient,
     )  # fmt: skip
     faces_gradient(screen, colours, faces, planes, sides, plane_gradients, screen_gradient, colour_gradient)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_likelihood_and_gradient(screen, colours, topology, picture, workspace, scale):
-    """log p of one picture [C, H, W]; where scale is not 0, also scale · d log p, left in the workspace."""
-    channels, height, width = picture.shape
-    residual, levels, half = workspace[10:13]
-    pixels = height * width
+def _log_likelihood_and_gradient(screen, colours, topology, crease, target, total, table, workspace, scratch, scale):
+    """log p of one picture, given as the pyramids target [C, T] of its channels and the sum of their squares.
+
+    Where scale is not 0, also scale · d log p, left in the workspace.
+    """
+    levels, half, level_boxes = scratch
+    channels, height, width = len(target), table[0, 0], table[0, 1]
+    box = bounding_box(screen, width, height)
+    if box[2] <= box[0] or box[3] <= box[1]:
+        workspace[8][:] = 0.0
+        workspace[9][:] = 0.0
+        return -0.5 * total
+    start, stride = table[0, 3], table[0, 2]
+    if len(table) > 2:
+        above = box_above(box, table[1, 0], table[1, 1])
+        for c in range(channels):
+            clear_below(levels[c], start, table, 0, above)
+    else:
+        levels[:] = 0.0
+    picture = levels[:, start : start + height * stride]
+    picture = np.lib.stride_tricks.as_strided(
+        picture, (channels, height, stride), (levels.strides[0], stride * levels.itemsize, levels.itemsize)
+    )
+    pieces = _draw(screen, colours, topology, crease, workspace, box, width, picture)
+    value = 0.0
     for c in range(channels):
-        for y in range(height):
-            for x in range(width):
-                residual[c, y, x] = -picture[c, y, x]
-    box = _draw(screen, colours, topology, workspace, residual)
-    total = 0.0
-    for c in range(channels):
-        channel = residual[c].reshape(pixels)
-        levels[:pixels] = channel
-        total += pyramid_log_likelihood(height, width, levels, half)
+        value += pyramid_log_likelihood(table, box, levels[c], target[c], 0.0, level_boxes, half)
         if scale != 0.0:
-            pyramid_gradient(height, width, levels, half, scale)
-            channel[:] = levels[:pixels]
+            pyramid_gradient(table, level_boxes, levels[c], half, scale)
     if scale != 0.0:
-        _draw_gradient(screen, colours, topology, workspace, box, residual)
-    return total
+        _draw_gradient(screen, colours, topology, workspace, pieces, width, picture)
+    return value - 0.5 * total
 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _log_likelihoods(threads, screen, colours, topology, pictures, per_picture, out):
-    count = screen.shape[0]
+def _pyramids(threads, pictures, table, levels, totals):
+    channels = pictures.shape[1]
     for thread in prange(threads):
-        workspace = _workspace(screen.shape[1], topology, pictures.shape[1:])
-        for n in range(thread, count, threads):
-            picture = pictures[n // per_picture]
-            out[n] = _log_likelihood_and_gradient(screen[n], colours[n], topology, picture, workspace, 0.0)
+        half = np.empty(table[0, 1], np.float32)
+        for n in range(thread, len(pictures), threads):
+            totals[n] = 0.0
+            for c in range(channels):
+                totals[n] += picture_pyramid(pictures[n, c], table, levels[n, c], half)
 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
-    threads, screen, colours, topology, pictures, per_picture, scales, values_out, screen_out, colours_out
-):
-    wanted = np.flatnonzero(scales)
-    values_out[:] = 0.0
-    screen_out[:] = 0.0
-    colours_out[:] = 0.0
+    threads, screen, colours, topology, crease, targets, totals, table, per_picture, wanted, scales,
+    values_out, screen_out, colours_out,
+):  # fmt: skip
+    channels, height, width = colours.shape[2], table[0, 0], table[0, 1]
     for thread in prange(threads):
-        workspace = _workspace(screen.shape[1], topology, pictures.shape[1:])
+        workspace = _workspace(screen.shape[1], topology, channels, width, height)
+        scratch = (
+            np.zeros(targets.shape[1:], np.float32),
+            np.empty((height // 2 + 4) * (width + LANES), np.float32),
+            np.empty((len(table), 4), np.int64),
+        )
         for i in range(thread, len(wanted), threads):
             n = wanted[i]
-            picture = pictures[n // per_picture]
-            values_out[n] = _log_likelihood_and_gradient(screen[n], colours[n], topology, picture, workspace, scales[n])
+            picture = n // per_picture
+            values_out[n] = _log_likelihood_and_gradient(
+                screen[n], colours[n], topology, crease, targets[picture], totals[picture], table, workspace, scratch,
+                scales[n],
+            )  # fmt: skip
+            if scales[n] != 0.0:
+                screen_out[n] = workspace[8]
+                colours_out[n] = workspace[9]
+
+
+@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+def _pictures(threads, screen, colours, topology, crease, width, out):
+    count, channels, height = len(screen), out.shape[1], out.shape[2]
+    for thread in prange(threads):
+        workspace = _workspace(screen.shape[1], topology, channels, width, height)
+        picture = np.zeros((channels, height, width + LANES), np.float32)
+        for n in range(thread, count, threads):
+            picture[:] = 0.0
+            box = bounding_box(screen[n], width, height)
+            _draw(screen[n], colours[n], topology, crease, workspace, box, width, picture)
+            out[n] = picture[:, :, :width]
+
+
+@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+def _picture_gradients(threads, screen, colours, topology, crease, width, upstream, screen_out, colours_out):
+    count, channels, height = len(screen), upstream.shape[1], upstream.shape[2]
+    for thread in prange(threads):
+        workspace = _workspace(screen.shape[1], topology, channels, width, height)
+        picture = np.zeros((channels, height, width + LANES), np.float32)
+        for n in range(thread, count, threads):
+            box = bounding_box(screen[n], width, height)
+            pieces = _draw(screen[n], colours[n], topology, crease, workspace, box, width, picture)
+            picture[:, :, :width] = upstream[n]
+            _draw_gradient(screen[n], colours[n], topology, workspace, pieces, width, picture)
             screen_out[n] = workspace[8]
             colours_out[n] = workspace[9]
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _pictures(threads, screen, colours, topology, out):
-    count = screen.shape[0]
-    for thread in prange(threads):
-        workspace = _workspace(screen.shape[1], topology, out.shape[1:])
-        for n in range(thread, count, threads):
-            _draw(screen[n], colours[n], topology, workspace, out[n])
-
-
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _picture_gradients(threads, screen, colours, topology, picture_gradients, screen_out, colours_out):
-    count = screen.shape[0]
-    for thread in prange(threads):
-        workspace = _workspace(screen.shape[1], topology, picture_gradients.shape[1:])
-        scratch = np.empty(picture_gradients.shape[1:], np.float32)
-        for n in range(thread, count, threads):
-            box = _draw(screen[n], colours[n], topology, workspace, scratch)
-            _draw_gradient(screen[n], colours[n], topology, workspace, box, picture_gradients[n])
-            screen_out[n] = workspace[8]
-            colours_out[n] = workspace[9]
-
-
-def draw(screen: FloatArray, colours: FloatArray, topology: Topology, width: int, height: int) -> FloatArray:
+def draw(
+    screen: FloatArray, colours: FloatArray, topology: Topology, width: int, height: int, crease: float = CREASE
+) -> FloatArray:
     """Antialiased pictures [N, C, H, W] on black of N meshes that share one topology.
 
-    `screen` [N, V, 3] holds x, y in pixels and inverse depth; `colours` [N, V, C] are linear.
+    `screen` [N, V, 3] holds x, y in pixels and inverse depth; `colours` [N, V, C] are linear. Edges inside the surface
+    are antialiased where the colour's change per pixel jumps by more than `crease`: 0 is exact, infinity leaves
+    contours alone.
 
     Raises:
         ValueError: shapes that do not fit, or vertices that are not finite; the message names the first bad mesh.
     """
     screen, colours = _checked(screen, colours, topology)
-    out = np.zeros((len(screen), colours.shape[2], height, width), np.float32)
-    _pictures(get_num_threads(), screen, colours, _contiguous(topology), out)
+    out = np.empty((len(screen), colours.shape[2], height, width), np.float32)
+    _pictures(get_num_threads(), screen, colours, _contiguous(topology), crease, width, out)
     return out
 
 
 def draw_gradient(
-    screen: FloatArray, colours: FloatArray, topology: Topology, picture_gradients: FloatArray
+    screen: FloatArray,
+    colours: FloatArray,
+    topology: Topology,
+    picture_gradients: FloatArray,
+    crease: float = CREASE,
 ) -> Gradients:
     """Adjoint of `draw` for gradients [N, C, H, W] of the pictures. Raises as `draw` does."""
     screen, colours = _checked(screen, colours, topology)
     gradients = Gradients(np.empty_like(screen), np.empty_like(colours))
     upstream = np.ascontiguousarray(picture_gradients, np.float32)
-    _picture_gradients(get_num_threads(), screen, colours, _contiguous(topology), upstream, *gradients)
+    threads, width = get_num_threads(), upstream.shape[3]
+    _picture_gradients(threads, screen, colours, _contiguous(topology), crease, width, upstream, *gradients)
     return gradients
 
 
 def log_likelihood(
-    screen: FloatArray, colours: FloatArray, topology: Topology, pictures: FloatArray
+    screen: FloatArray, colours: FloatArray, topology: Topology, pictures: FloatArray, crease: float = CREASE
 ) -> npt.NDArray[np.float64]:
     """Log-likelihoods [N] (Eqs. 1 to 4, ε = 1, constants left out) of pictures [B, C, H, W] given N = B · R meshes.
 
     Mesh n explains picture n // R, so the R hypotheses of a picture stand together. Raises as `draw` does.
     """
     screen, colours = _checked(screen, colours, topology)
-    out = np.empty(len(screen))
-    per_picture = _hypotheses(len(screen), len(pictures))
-    pictures = np.ascontiguousarray(pictures, np.float32)
-    _log_likelihoods(get_num_threads(), screen, colours, _contiguous(topology), pictures, per_picture, out)
-    return out
+    nothing = Gradients(np.empty((0, 0, 0), np.float32), np.empty((0, 0, 0), np.float32))
+    everything, scales = np.arange(len(screen)), np.zeros(len(screen))
+    return _evaluate(screen, colours, topology, pictures, crease, everything, scales, nothing)
 
 
 def log_likelihood_gradient(
-    screen: FloatArray, colours: FloatArray, topology: Topology, pictures: FloatArray, scales: npt.NDArray[np.float64]
+    screen: FloatArray,
+    colours: FloatArray,
+    topology: Topology,
+    pictures: FloatArray,
+    scales: npt.NDArray[np.float64],
+    crease: float = CREASE,
 ) -> tuple[npt.NDArray[np.float64], Gradients]:
     """log p_n [N], and the gradients of Σ_n scales_n · log p_n. Meshes whose scale is 0 cost nothing, and their log p
     is given as 0. Raises as `draw` does."""
     screen, colours = _checked(screen, colours, topology)
-    values = np.empty(len(screen))
-    gradients = Gradients(np.empty_like(screen), np.empty_like(colours))
+    gradients = Gradients(np.zeros_like(screen), np.zeros_like(colours))
+    scales = np.ascontiguousarray(scales, np.float64)
+    wanted = np.flatnonzero(scales)
+    return _evaluate(screen, colours, topology, pictures, crease, wanted, scales, gradients), gradients
+
+
+def _evaluate(
+    screen: FloatArray,
+    colours: FloatArray,
+    topology: Topology,
+    pictures: FloatArray,
+    crease: float,
+    wanted: npt.NDArray[np.int64],
+    scales: npt.NDArray[np.float64],
+    gradients: Gradients,
+) -> npt.NDArray[np.float64]:
     per_picture = _hypotheses(len(screen), len(pictures))
     pictures = np.ascontiguousarray(pictures, np.float32)
-    scales = np.ascontiguousarray(scales, np.float64)
-    mesh, threads = _contiguous(topology), get_num_threads()
-    _log_likelihood_gradients(threads, screen, colours, mesh, pictures, per_picture, scales, values, *gradients)
-    return values, gradients
+    threads, table = get_num_threads(), level_table(pictures.shape[3], pictures.shape[2])
+    targets, totals = np.empty((*pictures.shape[:2], table[-1, 3]), np.float32), np.empty(len(pictures))
+    _pyramids(threads, pictures, table, targets, totals)
+    values, mesh = np.zeros(len(screen)), _contiguous(topology)
+    _log_likelihood_gradients(
+        threads, screen, colours, mesh, crease, targets, totals, table, per_picture, wanted, scales, values, *gradients
+    )
+    return values
 
 
 def _checked(screen: FloatArray, colours: FloatArray, topology: Topology) -> tuple[FloatArray, FloatArray]:

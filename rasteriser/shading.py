@@ -7,63 +7,75 @@ per plane and turned into gradients of vertices and colours once per face.
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import NOTHING, plane_value
+from rasteriser.coverage import LANES, is_thin, pixels_between
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_interior(planes, visible, box, picture):
-    """Adds the colour at each covered pixel centre to picture [C, H, W]."""
-    channels, height, width = picture.shape
-    left, top, right, bottom = box
-    for iy in range(max(top, 0), min(bottom, height)):
-        y = iy + 0.5
-        for ix in range(max(left, 0), min(right, width)):
-            face = visible[iy + 1, ix + 1]
-            if face != NOTHING:
-                x = ix + 0.5
-                depth = 1.0 / plane_value(planes, face, 0, x, y)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def add_interior(planes, boxes, seen, visible, width, depth, picture):
+    """Adds the colour at each covered pixel centre to picture [C, H, W + LANES]; depth [LANES] is scratch."""
+    channels, height = picture.shape[0], picture.shape[1]
+    for f in range(len(seen)):
+        if not seen[f]:
+            continue
+        first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
+        first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
+        for iy in range(first_y, last_y):
+            y = iy + 0.5
+            row = planes[f, 0, 0] + planes[f, 0, 2] * y
+            slope = planes[f, 0, 1]
+            for start in range(first_x, last_x, LANES):
+                there = visible[iy, start : start + LANES]
+                for lane in range(LANES):
+                    depth[lane] = 1.0 / (row + slope * (start + lane + 0.5)) if there[lane] == f else 0.0
                 for c in range(channels):
-                    picture[c, iy, ix] += plane_value(planes, face, 1 + c, x, y) * depth
+                    value, along = planes[f, 1 + c, 0] + planes[f, 1 + c, 2] * y, planes[f, 1 + c, 1]
+                    out = picture[c, iy, start : start + LANES]
+                    for lane in range(LANES):
+                        out[lane] += (value + along * (start + lane + 0.5)) * depth[lane]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_colour_gradient(planes, face, x, y, channel, gradient, plane_gradients):
-    """Adjoint of the colour of a face at (x, y) with respect to the face's planes."""
-    depth = 1.0 / plane_value(planes, face, 0, x, y)
-    to_numerator = gradient * depth
-    to_depth = -to_numerator * plane_value(planes, face, 1 + channel, x, y) * depth
-    plane_gradients[face, 1 + channel, 0] += to_numerator
-    plane_gradients[face, 1 + channel, 1] += to_numerator * x
-    plane_gradients[face, 1 + channel, 2] += to_numerator * y
-    plane_gradients[face, 0, 0] += to_depth
-    plane_gradients[face, 0, 1] += to_depth * x
-    plane_gradients[face, 0, 2] += to_depth * y
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def interior_gradient(planes, visible, box, picture_gradient, plane_gradients):
-    """Adjoint of `add_interior`; plane_gradients [F, 1 + C, 3] is added to."""
-    channels, height, width = picture_gradient.shape
-    left, top, right, bottom = box
-    for iy in range(max(top, 0), min(bottom, height)):
-        for ix in range(max(left, 0), min(right, width)):
-            face = visible[iy + 1, ix + 1]
-            if face != NOTHING:
-                x, y = ix + 0.5, iy + 0.5
-                depth = 1.0 / plane_value(planes, face, 0, x, y)
-                to_depth = 0.0
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def interior_gradient(planes, boxes, seen, visible, width, depth, to_depth, sums, picture_gradient, plane_gradients):
+    """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to. The scratch is [LANES],
+    [LANES] and [1 + C, 3, LANES]."""
+    channels, height = picture_gradient.shape[0], picture_gradient.shape[1]
+    for f in range(len(seen)):
+        if not seen[f]:
+            continue
+        first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
+        first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
+        sums[:] = 0.0
+        for iy in range(first_y, last_y):
+            y = iy + 0.5
+            row = planes[f, 0, 0] + planes[f, 0, 2] * y
+            slope = planes[f, 0, 1]
+            for start in range(first_x, last_x, LANES):
+                there = visible[iy, start : start + LANES]
+                for lane in range(LANES):
+                    depth[lane] = 1.0 / (row + slope * (start + lane + 0.5)) if there[lane] == f else 0.0
+                    to_depth[lane] = 0.0
                 for c in range(channels):
-                    to_numerator = picture_gradient[c, iy, ix] * depth
-                    to_depth -= to_numerator * plane_value(planes, face, 1 + c, x, y) * depth
-                    plane_gradients[face, 1 + c, 0] += to_numerator
-                    plane_gradients[face, 1 + c, 1] += to_numerator * x
-                    plane_gradients[face, 1 + c, 2] += to_numerator * y
-                plane_gradients[face, 0, 0] += to_depth
-                plane_gradients[face, 0, 1] += to_depth * x
-                plane_gradients[face, 0, 2] += to_depth * y
+                    value, along = planes[f, 1 + c, 0] + planes[f, 1 + c, 2] * y, planes[f, 1 + c, 1]
+                    upstream, total = picture_gradient[c, iy, start : start + LANES], sums[1 + c]
+                    for lane in range(LANES):
+                        x = start + lane + 0.5
+                        to_numerator = upstream[lane] * depth[lane]
+                        to_depth[lane] -= to_numerator * (value + along * x) * depth[lane]
+                        total[0, lane] += to_numerator
+                        total[1, lane] += to_numerator * x
+                        total[2, lane] += to_numerator * y
+                total = sums[0]
+                for lane in range(LANES):
+                    total[0, lane] += to_depth[lane]
+                    total[1, lane] += to_depth[lane] * (start + lane + 0.5)
+                    total[2, lane] += to_depth[lane] * y
+        for channel in range(1 + channels):
+            for k in range(3):
+                for lane in range(LANES):
+                    plane_gradients[f, channel, k] += sums[channel, k, lane]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, screen_gradient, colour_gradient):
     """Adjoint of `coverage.set_up_faces`: from planes to vertices [V, 3] and colours [V, C], which are added to.
 
@@ -74,17 +86,18 @@ def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, scree
     for f in range(faces.shape[0]):
         if sides[f, 0] == 0:
             continue
-        used = False
-        for channel in range(1 + channels):
-            used = used or plane_gradients[f, channel, 0] != 0.0 or plane_gradients[f, channel, 1] != 0.0
-            used = used or plane_gradients[f, channel, 2] != 0.0
+        used, linear = False, False
+        for channel in range(1 + 2 * channels):
+            for k in range(3):
+                used |= plane_gradients[f, channel, k] != 0.0
+                linear |= (plane_gradients[f, channel, k] != 0.0) & (channel > channels)
         if not used:
             continue
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         x0, y0 = np.float64(screen[i, 0]), np.float64(screen[i, 1])
         x1, y1 = screen[j, 0] - x0, screen[j, 1] - y0
         x2, y2 = screen[k, 0] - x0, screen[k, 1] - y0
-        area = x1 * y2 - x2 * y1
+        area, thin = x1 * y2 - x2 * y1, is_thin(x1, y1, x2, y2)
         for corner in range(3):
             v = faces[f, corner]
             if corner == 0:
@@ -96,7 +109,7 @@ def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, scree
             else:
                 along_x, along_y = -y1 / area, x1 / area
                 constant = -along_x * x0 - along_y * y0
-            for channel in range(1 + channels):
+            for channel in range(1 + 2 * channels if linear else 1 + channels):
                 to_value = (
                     plane_gradients[f, channel, 0] * constant
                     + plane_gradients[f, channel, 1] * along_x
@@ -106,6 +119,15 @@ def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, scree
                 screen_gradient[v, 1] -= to_value * planes[f, channel, 2]
                 if channel == 0:
                     screen_gradient[v, 2] += to_value
+                    continue
+                c = (channel - 1) % channels
+                if channel <= channels:
+                    colour = (colours[i, c] + colours[j, c] + colours[k, c]) / 3.0 if thin else colours[v, c]
+                    screen_gradient[v, 2] += to_value * colour
+                    to_value *= screen[v, 2]
+                if thin:
+                    colour_gradient[i, c] += to_value / 3.0
+                    colour_gradient[j, c] += to_value / 3.0
+                    colour_gradient[k, c] += to_value / 3.0
                 else:
-                    screen_gradient[v, 2] += to_value * colours[v, channel - 1]
-                    colour_gradient[v, channel - 1] += to_value * screen[v, 2]
+                    colour_gradient[v, c] += to_value

@@ -18,6 +18,13 @@ class Scene(NamedTuple):
     def size(self) -> tuple[int, int]:
         return self.target.shape[2], self.target.shape[1]
 
+    def together(self, gradient: np.ndarray) -> np.ndarray:
+        """Summed over vertices in one place: which of two coincident edges a picture depends on is anyone's choice."""
+        _, place = np.unique(self.screen, axis=0, return_inverse=True)
+        summed = np.zeros((len(self.screen), gradient.shape[1]))
+        np.add.at(summed, place.reshape(-1), gradient)
+        return summed
+
 
 def random_scene(seed: int) -> Scene:
     """A deformed cube, or two that interpenetrate; pictures from 1 × 1 up, often partly outside."""

@@ -32,6 +32,7 @@ def test_fused_kernels_agree_with_the_reference(block: int) -> None:
         assert again[0] == pytest.approx(value, rel=1e-5), seed
         for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
             tolerance = 1e-5 * max(1.0, np.abs(expected).max())
+            found, expected = scene.together(found), scene.together(expected)
             np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=f"seed {seed}")
 
 
@@ -46,8 +47,10 @@ def test_gradient_of_a_picture_agrees_with_the_reference() -> None:
         (picture * torch.tensor(upstream)).sum().backward()
         found = likelihood.draw_gradient(scene.screen[None], scene.colours[None], scene.topology, upstream[None])
         for mine, theirs in ((found.screen[0], screen.grad), (found.colours[0], colours.grad)):
-            expected = np.zeros(mine.shape) if theirs is None else theirs.numpy()
-            np.testing.assert_allclose(mine, expected, atol=1e-5 * max(1.0, np.abs(expected).max()))
+            expected = scene.together(np.zeros(mine.shape) if theirs is None else theirs.numpy())
+            np.testing.assert_allclose(
+                scene.together(mine), expected, atol=1e-5 * max(1.0, np.abs(expected).max()), err_msg=f"seed {seed}"
+            )
 
 
 def _square(x0: float, y0: float, x1: float, y1: float) -> tuple[np.ndarray, np.ndarray]:

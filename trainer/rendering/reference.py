@@ -1,8 +1,7 @@
 """The renderer written for reading: one mesh at a time, plain torch, any precision. The oracle of every fast backend.
 
-It computes exactly the picture that `docs/renderer.md` defines. What is a decision (which face a pixel sees, which
-edges are contours, which pieces of them are visible) is taken on detached numbers; what is a number is differentiable
-torch.
+It computes exactly the picture that `docs/renderer.md` defines. What is a decision (which face a point sees, which
+lines bound what is seen, where they cross) is taken on detached numbers; what is a number is differentiable torch.
 """
 
 from itertools import pairwise
@@ -13,42 +12,80 @@ import torch
 from jaxtyping import Bool, Float, Int64
 from torch import Tensor
 
-DEPTH_MARGIN = 1e-6
 SMALLEST_DOUBLED_AREA = 1e-12
-BORDER = 1e-6
 TIE = 1 + 1e-9
+ASIDE = 1e-7
+INTERIOR = 1e-9
+PARALLEL = 1e-6
+SAME_DEPTH = 1e-9
+SHORTEST = 1e-6
+THIN = 1e-2
+CREASE = 0.02
+
+
+class Line(NamedTuple):
+    """A straight line on the screen that moves with the mesh, or a pixel boundary that does not."""
+
+    kind: str  # "edge" through two vertices; "crossing" of two faces' planes; "column" or "row" boundary
+    first: int
+    second: int = -1
+
+
+class Segment(NamedTuple):
+    """A stretch of a line along which what is seen may change abruptly."""
+
+    line: Line
+    start: np.ndarray  # [2]
+    end: np.ndarray
+    start_at: Line | int  # what ends it there: another line, or a vertex of the edge
+    end_at: Line | int
+    faces: tuple[int, ...]  # whose border this is
 
 
 class Piece(NamedTuple):
-    """A straight piece of contour inside one pixel."""
+    """A part of a segment inside one pixel along which two faces meet in what is seen: both those of a crossing, or one
+    of those at an edge."""
 
-    ends: tuple[int, int]  # the edge's vertices, the smaller index first
+    line: Line
+    ends: tuple[Line | int, Line | int]  # another line that cuts it there, or a vertex
     pixel: tuple[int, int]  # column, row
-    cuts: tuple[tuple[int, float] | None, tuple[int, float] | None]  # (axis, boundary); None: the edge's own end
-    near_at_centre: bool
-    far_face: int  # -1: the background
-    far_at_middle: bool
-    far_pixel: tuple[int, int]
+    here: int  # the face seen on the side of the pixel's centre; -1: the background
+    beyond: int
 
 
 def draw(
-    screen: Float[Tensor, "V 3"], colours: Float[Tensor, "V C"], faces: Int64[Tensor, "F 3"], width: int, height: int
+    screen: Float[Tensor, "V 3"],
+    colours: Float[Tensor, "V C"],
+    faces: Int64[Tensor, "F 3"],
+    width: int,
+    height: int,
+    crease: float = CREASE,
 ) -> Float[Tensor, "C H W"]:
-    """The antialiased picture of one mesh on black; differentiable in `screen` (x, y, inverse depth) and `colours`."""
+    """The antialiased picture of one mesh on black; differentiable in `screen` (x, y, inverse depth) and `colours`.
+
+    Edges at which the colour's change per pixel jumps by more than `crease` are antialiased too, not contours alone.
+    """
     fixed, corners = screen.detach().double().cpu().numpy(), faces.cpu().numpy()
-    columns, rows = np.meshgrid(np.arange(-1, width + 1) + 0.5, np.arange(-1, height + 1) + 0.5)
-    visible = _visible_faces(fixed, corners, np.stack((columns, rows), -1).reshape(-1, 2)).reshape(columns.shape)
+    thin = torch.as_tensor(_thickness(fixed, corners) < THIN)
+    painted = colours[faces]
+    painted = torch.where(thin[:, None, None], painted.mean(1, keepdim=True), painted)
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    centres = np.stack((columns, rows), -1).reshape(-1, 2)
+    visible = _nearest_faces(fixed, corners, centres).reshape(height, width)
 
     picture = screen.new_zeros(height, width, colours.shape[1])
-    row, column = np.nonzero(visible[1:-1, 1:-1] >= 0)
+    row, column = np.nonzero(visible >= 0)
+    planes = _planes(screen, painted, faces, fixed, corners)
     if len(row):
-        points = torch.as_tensor(np.stack((column, row), -1) + 0.5).to(screen)
-        pixels = torch.as_tensor(row), torch.as_tensor(column)
-        seen = faces[torch.as_tensor(visible[1:-1, 1:-1][row, column])]
-        picture = picture.index_put(pixels, _colour(screen, colours, seen, points))
-    for piece in _contour_pieces(fixed, corners, visible):
-        here = torch.tensor(piece.pixel[1]), torch.tensor(piece.pixel[0])
-        picture = picture.index_put(here, _change_at_piece(screen, colours, faces, piece), accumulate=True)
+        points = torch.as_tensor(np.stack((np.ones(len(row)), column + 0.5, row + 0.5), -1)).to(screen)
+        seen = torch.as_tensor(visible[row, column])
+        depth = (points * planes.depth[seen]).sum(1, keepdim=True)
+        colour = (points[:, :, None] * planes.weighted[seen]).sum(1) / depth
+        picture = picture.index_put((torch.as_tensor(row), torch.as_tensor(column)), colour)
+    pieces = _pieces(fixed, planes.linear.detach().cpu().numpy(), corners, width, height, crease)
+    if pieces:
+        here = torch.tensor([piece.pixel[1] for piece in pieces]), torch.tensor([piece.pixel[0] for piece in pieces])
+        picture = picture.index_put(here, _changes(screen, planes, pieces), accumulate=True)
     return picture.permute(2, 0, 1)
 
 
@@ -73,150 +110,288 @@ def _halve(level: Float[Tensor, "C H W"], axis: int) -> Tensor:
     return total
 
 
-def _line(a: np.ndarray, b: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """The linear function that vanishes on the line through a and b: distance times length."""
-    line_x, line_y = b[1] - a[1], a[0] - b[0]
-    return np.asarray(line_x * point[..., 0] + line_y * point[..., 1] + (b[0] * a[1] - a[0] * b[1]))
-
-
-def _side(a: np.ndarray, b: np.ndarray, point: np.ndarray) -> np.ndarray:
+def _side(a: np.ndarray, b: np.ndarray, point: np.ndarray) -> Bool[np.ndarray, "*P"]:
     """Whether points lie on the positive side of the line through a and b, the line itself included."""
-    return _line(a, b, point) >= 0
+    line_x, line_y = b[1] - a[1], a[0] - b[0]
+    return np.asarray(line_x * point[..., 0] + line_y * point[..., 1] + (b[0] * a[1] - a[0] * b[1]) >= 0)
 
 
-def _covers(fixed: np.ndarray, face: np.ndarray, points: np.ndarray) -> Bool[np.ndarray, "*P"]:
-    """Whether a face covers points; a point on an edge belongs to the face on the edge's positive side."""
+def _doubled_area(fixed: np.ndarray, face: np.ndarray) -> float:
     (ax, ay), (bx, by) = fixed[face[1], :2] - fixed[face[0], :2], fixed[face[2], :2] - fixed[face[0], :2]
-    inside = np.full(points.shape[:-1], abs(ax * by - bx * ay) > SMALLEST_DOUBLED_AREA)
-    for corner in range(3):
-        first, second = sorted((face[(corner + 1) % 3], face[(corner + 2) % 3]))
-        own = _side(fixed[first], fixed[second], fixed[face[corner]])
-        inside &= _side(fixed[first], fixed[second], points) == own
-    return inside
+    return float(ax * by - bx * ay)
 
 
-def _touches(fixed: np.ndarray, face: np.ndarray, point: np.ndarray) -> bool:
-    """Whether a face, its border and a hair more included, covers a point."""
-    for corner in range(3):
-        first, second = sorted((face[(corner + 1) % 3], face[(corner + 2) % 3]))
-        own = 1 if _side(fixed[first], fixed[second], fixed[face[corner]]) else -1
-        if _line(fixed[first], fixed[second], point) * own < -BORDER:
-            return False
-    return True
+def _is_drawn(fixed: np.ndarray, face: np.ndarray) -> bool:
+    return abs(_doubled_area(fixed, face)) > SMALLEST_DOUBLED_AREA
 
 
-def _inverse_depth(fixed: np.ndarray, face: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The plane of inverse depth through a face's corners, at points."""
-    origin, across = fixed[face[0]], fixed[face[1:]] - fixed[face[0]]
-    slope = np.linalg.solve(across[:, :2], across[:, 2])
-    return np.asarray(origin[2] + (points - origin[:2]) @ slope)
+def _thickness(fixed: np.ndarray, corners: np.ndarray) -> Float[np.ndarray, "F"]:
+    """Height of each face on the screen, in pixels: what is too thin is painted in its mean colour."""
+    longest = [max(np.hypot(*(fixed[face[c], :2] - fixed[face[c - 1], :2])) for c in range(3)) for face in corners]
+    areas = [abs(_doubled_area(fixed, face)) for face in corners]
+    return np.array(areas) / np.maximum(longest, np.sqrt(SMALLEST_DOUBLED_AREA))
 
 
-def _visible_faces(fixed: np.ndarray, corners: np.ndarray, points: np.ndarray) -> Int64[np.ndarray, "P"]:
+def _sides(face: np.ndarray) -> list[tuple[int, int, int]]:
+    """The edges of a face, the smaller index first, and the corner opposite each."""
+    return [(*sorted((int(face[(c + 1) % 3]), int(face[(c + 2) % 3]))), int(face[c])) for c in range(3)]
+
+
+def _nearest_faces(fixed: np.ndarray, corners: np.ndarray, points: np.ndarray) -> Int64[np.ndarray, "P"]:
+    """The face seen at each point, -1 for none; of faces at one depth, up to rounding, the first.
+
+    A point on an edge belongs to the face on the edge's positive side.
+    """
     nearest, visible = np.zeros(len(points)), np.full(len(points), -1)
     for index, face in enumerate(corners):
-        inside = np.flatnonzero(_covers(fixed, face, points))
-        if len(inside):
-            depth = _inverse_depth(fixed, face, points[inside])
-            wins = depth > nearest[inside] * TIE
-            nearest[inside[wins]], visible[inside[wins]] = depth[wins], index
+        if not _is_drawn(fixed, face):
+            continue
+        inside = np.ones(len(points), bool)
+        for i, j, opposite in _sides(face):
+            inside &= _side(fixed[i], fixed[j], points) == _side(fixed[i], fixed[j], fixed[opposite])
+        covered = np.flatnonzero(inside)
+        if len(covered):
+            p, q, r = _depth_plane(fixed, face)
+            depth = p + points[covered] @ [q, r]
+            wins = depth > nearest[covered] * TIE
+            nearest[covered[wins]], visible[covered[wins]] = depth[wins], index
     return visible
 
 
-def _contour_pieces(fixed: np.ndarray, corners: np.ndarray, visible: np.ndarray) -> list[Piece]:
-    height, width = visible.shape[0] - 2, visible.shape[1] - 2
+def _depth_plane(fixed: np.ndarray, face: np.ndarray) -> Float[np.ndarray, "3"]:
+    """Inverse depth on a face as a function p + q·x + r·y of the screen."""
+    origin, across = fixed[face[0]], fixed[face[1:]] - fixed[face[0]]
+    slope = np.linalg.solve(across[:, :2], across[:, 2])
+    return np.array([origin[2] - origin[:2] @ slope, *slope])
+
+
+def _edges(fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, crease: float) -> list[Segment]:
+    """Contours, edges whose faces all lie on one side of them on the screen, and creases, where colours bend sharply.
+
+    Three faces or more at an edge: each has its own.
+    """
     around: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for index, face in enumerate(corners):
-        (ax, ay), (bx, by) = fixed[face[1], :2] - fixed[face[0], :2], fixed[face[2], :2] - fixed[face[0], :2]
-        if abs(ax * by - bx * ay) > SMALLEST_DOUBLED_AREA:
-            for corner in range(3):
-                first, second = sorted((int(face[(corner + 1) % 3]), int(face[(corner + 2) % 3])))
-                around.setdefault((first, second), []).append((index, int(face[corner])))
-    pieces = []
+        for i, j, opposite in _sides(face):
+            around.setdefault((i, j), []).append((index, opposite))
+    segments = []
     for (i, j), members in around.items():
-        start, end = fixed[i], fixed[j]
-        sides = {bool(_side(start, end, fixed[opposite])) for _, opposite in members}
-        if len(sides) == 2:
-            continue
-        crossings: list[tuple[float, tuple[int, float] | None]] = [(0.0, None), (1.0, None)]
-        for axis, size in enumerate((width, height)):
-            low, high = sorted((start[axis], end[axis]))
-            for boundary in range(max(0, int(np.ceil(low))), min(size, int(np.floor(high))) + 1):
-                if low < boundary < high:
-                    at = (boundary - start[axis]) / (end[axis] - start[axis])
-                    crossings.append((at, (axis, float(boundary))))
-        crossings.sort(key=lambda crossing: crossing[0])
-        for (t0, cut0), (t1, cut1) in pairwise(crossings):
-            x, y, w = start + 0.5 * (t0 + t1) * (end - start)
-            if not (t0 < t1 and 0 <= x < width and 0 <= y < height):
-                continue
-            column, row = int(x), int(y)
-            positive = bool(_side(start, end, np.array([column + 0.5, row + 0.5])))
-            normal = np.array([end[1] - start[1], start[0] - end[0]]) * (1 if positive else -1)
-            step = (-int(np.sign(normal[0])), 0) if abs(normal[0]) > abs(normal[1]) else (0, -int(np.sign(normal[1])))
-            near_at_centre = positive in sides
-            across = (column + step[0], row + step[1])
-            far_pixel = across if near_at_centre else (column, row)
-            adjacent = {index for index, _ in members}
-            middle = np.array([x, y])
-            hidden = False
-            for px, py in ((column, row), across):
-                face = int(visible[py + 1, px + 1])
-                if face >= 0 and face not in adjacent and _touches(fixed, corners[face], middle):
-                    hidden |= bool(_inverse_depth(fixed, corners[face], middle) > w * (1 + DEPTH_MARGIN))
-            if not hidden:
-                far_face = int(visible[far_pixel[1] + 1, far_pixel[0] + 1])
-                at_middle = far_face >= 0 and _touches(fixed, corners[far_face], middle)
-                pieces.append(
-                    Piece((i, j), (column, row), (cut0, cut1), near_at_centre, far_face, at_middle, far_pixel)
-                )
-    return pieces
+        for group in [members] if len(members) < 3 else [[member] for member in members]:
+            drawn = [one for one in group if _is_drawn(fixed, corners[one[0]])]
+            sides = {bool(_side(fixed[i], fixed[j], fixed[opposite])) for _, opposite in drawn}
+            bend = 0.0
+            if len(sides) == 2:
+                first, second = (linear[index, 1:] for index, _ in drawn)
+                bend = np.hypot(*(first - second)).max(initial=0.0)
+            if len(sides) == 1 or bend > crease:
+                faces = tuple(index for index, _ in drawn)
+                segments.append(Segment(Line("edge", i, j), fixed[i, :2], fixed[j, :2], i, j, faces))
+    return segments
 
 
-def _colour(screen: Tensor, colours: Tensor, seen: Int64[Tensor, "N 3"], points: Float[Tensor, "N 2"]) -> Tensor:
-    """Perspective-correct Gouraud colours [N, C] of faces at points."""
-    a, b, c = screen[seen].unbind(1)
+def _crossings(fixed: np.ndarray, corners: np.ndarray) -> list[Segment]:
+    """Where faces that share no edge interpenetrate."""
+    drawn = np.array([_is_drawn(fixed, face) for face in corners], bool)
+    planes = np.stack([_depth_plane(fixed, face) if ok else np.zeros(3) for ok, face in zip(drawn, corners, strict=True)])
+    above = fixed[:, 2] - planes @ np.stack((np.ones(len(fixed)), fixed[:, 0], fixed[:, 1]))
+    at_corners, margin = above[:, corners], SAME_DEPTH * fixed[:, 2].max()
+    pierced = (at_corners.min(2) < -margin) & (at_corners.max(2) > margin)
+    shared = (corners[:, None, :, None] == corners[None, :, None, :]).sum((2, 3))
+    pairs = np.argwhere(np.triu(pierced & pierced.T & (shared < 2) & drawn[:, None] & drawn, 1))
+    segments = []
+    for f, g in pairs.tolist():
+        c, a, b = planes[f] - planes[g]
+        foot, along = -c * np.array([a, b]) / (a * a + b * b), np.array([-b, a]) / np.hypot(a, b)
+        first, last = -np.inf, np.inf
+        first_at = last_at = Line("edge", -1)
+        for face in (f, g):
+            for i, j, opposite in _sides(corners[face]):
+                start, edge = fixed[i, :2], fixed[j, :2] - fixed[i, :2]
+                inward = np.array([-edge[1], edge[0]])
+                inward *= np.sign(inward @ (fixed[opposite, :2] - start))
+                rate, at_foot = inward @ along, inward @ (foot - start)
+                if rate == 0:
+                    last = last if at_foot >= 0 else -np.inf
+                elif rate > 0 and -at_foot / rate > first:
+                    first, first_at = -at_foot / rate, Line("edge", i, j)
+                elif rate < 0 and -at_foot / rate < last:
+                    last, last_at = -at_foot / rate, Line("edge", i, j)
+        if last - first > SHORTEST:
+            ends = foot + first * along, foot + last * along
+            segments.append(Segment(Line("crossing", f, g), *ends, first_at, last_at, (f, g)))
+    return segments
 
-    def doubled_area(u: Tensor, v: Tensor, w: Tensor) -> Tensor:
-        return (v[:, 0] - u[:, 0]) * (w[:, 1] - u[:, 1]) - (w[:, 0] - u[:, 0]) * (v[:, 1] - u[:, 1])
 
-    shares = torch.stack((doubled_area(points, b, c), doubled_area(a, points, c), doubled_area(a, b, points)), 1)
-    weights = shares * screen[seen][..., 2]
-    return (weights[..., None] * colours[seen]).sum(1) / weights.sum(1, keepdim=True)
+def _cuts(
+    index: int, segments: list[Segment], starts: np.ndarray, spans: np.ndarray, width: int, height: int
+) -> list[tuple[float, Line | int]]:
+    """Where pixel boundaries and other segments cut a segment: t from 0 to 1, in order, and the cutting line."""
+    segment, along = segments[index], spans[index]
+    cuts: list[tuple[float, Line | int]] = [(0.0, segment.start_at), (1.0, segment.end_at)]
+    for axis, kind, size in ((0, "column", width), (1, "row", height)):
+        low, high = sorted((segment.start[axis], segment.end[axis]))
+        for boundary in range(max(0, int(np.ceil(low))), min(size, int(np.floor(high))) + 1):
+            if low < boundary < high:
+                cuts.append(((boundary - segment.start[axis]) / along[axis], Line(kind, boundary)))
+    apart = starts - segment.start
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = along[0] * spans[:, 1] - along[1] * spans[:, 0]
+        t = (apart[:, 0] * spans[:, 1] - apart[:, 1] * spans[:, 0]) / determinant
+        u = (apart[:, 0] * along[1] - apart[:, 1] * along[0]) / determinant
+    crosswise = np.abs(determinant) > PARALLEL * np.hypot(*along) * np.hypot(*spans.T)
+    meets = crosswise & (t > INTERIOR) & (t < 1 - INTERIOR) & (u >= -INTERIOR) & (u <= 1 + INTERIOR)
+    cuts += [(t[other], segments[other].line) for other in np.flatnonzero(meets)]
+    return sorted(cuts, key=lambda cut: cut[0])
 
 
-def _change_at_piece(screen: Tensor, colours: Tensor, faces: Tensor, piece: Piece) -> Float[Tensor, "C"]:
-    start, end = screen[piece.ends[0]], screen[piece.ends[1]]
-    at = [
-        start.new_tensor(float(which)) if cut is None else (cut[1] - start[cut[0]]) / (end[cut[0]] - start[cut[0]])
-        for which, cut in enumerate(piece.cuts)
+def _pieces(
+    fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, width: int, height: int, crease: float
+) -> list[Piece]:
+    segments = [
+        segment
+        for segment in _edges(fixed, linear, corners, crease) + _crossings(fixed, corners)
+        if (segment.start != segment.end).any()
     ]
-    centre = start.new_tensor(piece.pixel) + 0.5
-    a, b = ((start + t * (end - start))[:2] - centre for t in at)
-    area = _sector(a, b) - 0.5 * (a[0] * b[1] - a[1] * b[0]).abs()
+    starts = np.array([segment.start for segment in segments]).reshape(-1, 2)
+    spans = np.array([segment.end - segment.start for segment in segments]).reshape(-1, 2)
+    candidates, beside = [], []
+    for index, segment in enumerate(segments):
+        along = spans[index]
+        for (t0, cut0), (t1, cut1) in pairwise(_cuts(index, segments, starts, spans, width, height)):
+            x, y = middle = segment.start + 0.5 * (t0 + t1) * along
+            if t0 < t1 and 0 <= x < width and 0 <= y < height:
+                # A step away from the centre, along the normal.
+                step = ASIDE / np.hypot(*along) * np.array([-along[1], along[0]])
+                if step @ (np.floor(middle) + 0.5 - middle) > 0:
+                    step = -step
+                beside += [middle - step, middle + step]
+                candidates.append(((int(x), int(y)), segment, (cut0, cut1)))
+    if not candidates:
+        return []
+    seen = _nearest_faces(fixed, corners, np.stack(beside)).reshape(-1, 2)
+    return [
+        Piece(segment.line, ends, pixel, int(here), int(beyond))
+        for (pixel, segment, ends), (here, beyond) in zip(candidates, seen, strict=True)
+        if here != beyond
+        and (here in segment.faces) + (beyond in segment.faces) >= (2 if segment.line.kind == "crossing" else 1)
+    ]
 
-    t = 0.5 * (at[0] + at[1])
-    middle = start + t * (end - start)
-    share = t * end[2] / middle[2]
-    near = colours[piece.ends[0]] * (1 - share) + colours[piece.ends[1]] * share
-    far = torch.zeros_like(near)
-    if piece.far_face >= 0:
-        point = middle[:2] if piece.far_at_middle else start.new_tensor(piece.far_pixel) + 0.5
-        far = _colour(screen, colours, faces[piece.far_face][None], point[None])[0]
-    return area * (far - near) * (1 if piece.near_at_centre else -1)
+
+class Planes(NamedTuple):
+    """Linear functions (p, q, r): p + q·x + r·y of the screen, one a face."""
+
+    depth: Float[Tensor, "F 3"]  # inverse depth
+    weighted: Float[Tensor, "F 3 C"]  # inverse depth times colour: their ratio is the true colour
+    linear: Float[Tensor, "F 3 C"]  # colour, as if it were linear on the screen
+    depths: Float[np.ndarray, "F 2"]  # the least and the greatest inverse depth on a face
 
 
-def _sector(a: Float[Tensor, "2"], b: Float[Tensor, "2"]) -> Float[Tensor, ""]:
-    """Area of the unit square around the origin between the rays through a and b: a quarter of the perimeter there."""
+def _planes(
+    screen: Tensor, painted: Float[Tensor, "F 3 C"], faces: Tensor, fixed: np.ndarray, corners: np.ndarray
+) -> Planes:
+    drawn = torch.as_tensor(np.array([_is_drawn(fixed, face) for face in corners], bool))
+    at = screen[faces]
+    points = torch.cat((torch.ones_like(at[..., :1]), at[..., :2]), -1)
+    # Faces that are not drawn get planes that nobody asks for.
+    points = torch.where(drawn[:, None, None], points, torch.eye(3, dtype=points.dtype))
+    depth = at[..., 2:]
+    values = torch.linalg.solve(points, torch.cat((depth, depth * painted, painted), -1))
+    channels = painted.shape[2]
+    depths = np.stack((fixed[corners, 2].min(1), fixed[corners, 2].max(1)), -1)
+    return Planes(values[..., 0], values[..., 1 : 1 + channels], values[..., 1 + channels :], depths)
 
-    def perimeter_position(p: Tensor) -> Tensor:
-        x, y = p
-        position: Tensor = 0.0 * x
-        if x.abs() < y.abs():
-            position = -0.5 * x / y + (1.0 if y > 0 else 3.0)
-        elif x != 0:
-            position = 0.5 * y / x + (0.0 if x > 0 else 2.0)
-        return position
 
-    turn = (perimeter_position(b) - perimeter_position(a)).abs()
-    return torch.minimum(turn, 4 - turn) / 4
+def _changes(screen: Tensor, planes: Planes, pieces: list[Piece]) -> Float[Tensor, "P C"]:
+    """What each piece adds to the colour that its pixel's centre has: shadow's integral of (beyond - here)."""
+    own = _coefficients(screen, planes, [piece.line for piece in pieces])
+    centres = own.new_tensor([piece.pixel for piece in pieces]) + 0.5
+    a, b = (_end_points(screen, planes, own, [piece.ends[which] for piece in pieces]) - centres for which in range(2))
+    area, moment = _shadows(a, b)
+    change = 0.0 * planes.linear.sum() + own.new_zeros(len(pieces), planes.linear.shape[2])
+    for seen, sign in (([piece.here for piece in pieces], -1), ([piece.beyond for piece in pieces], 1)):
+        which = torch.tensor([n for n, face in enumerate(seen) if face >= 0], dtype=torch.int64)
+        if len(which):
+            value, slope = _tangents(planes, torch.tensor(seen)[which], centres[which])
+            part = area[which, None] * value + (moment[which, :, None] * slope).sum(1)
+            change = change.index_add(0, which, sign * part)
+    return change
+
+
+def _coefficients(screen: Tensor, planes: Planes, lines: list[Line]) -> Float[Tensor, "N 3"]:
+    """(a, b, c) of the lines a·x + b·y + c = 0."""
+    points = torch.cat((screen[:, :2], torch.ones_like(screen[:, :1])), 1)
+    result = screen.new_zeros(len(lines), 3)
+    for kind in ("edge", "crossing", "column", "row"):
+        at = torch.tensor([n for n, line in enumerate(lines) if line.kind == kind], dtype=torch.int64)
+        first, second = (torch.tensor([getattr(lines[n], name) for n in at.tolist()], dtype=torch.int64) for name in ("first", "second"))
+        match kind:
+            case "edge":
+                found = torch.linalg.cross(points[first], points[second])
+            case "crossing":
+                found = (planes.depth[first] - planes.depth[second])[:, [1, 2, 0]]
+            case "column":
+                found = torch.stack((torch.ones_like(first), torch.zeros_like(first), -first), 1).to(screen)
+            case _:
+                found = torch.stack((torch.zeros_like(first), torch.ones_like(first), -first), 1).to(screen)
+        result = result.index_put((at,), found)
+    return result
+
+
+def _end_points(
+    screen: Tensor, planes: Planes, own: Float[Tensor, "N 3"], ends: list[Line | int]
+) -> Float[Tensor, "N 2"]:
+    """Where each line is cut by another, or the vertex at which it ends."""
+    result = screen.new_zeros(len(ends), 2)
+    at = torch.tensor([n for n, end in enumerate(ends) if isinstance(end, int)], dtype=torch.int64)
+    result = result.index_put((at,), screen[[end for end in ends if isinstance(end, int)], :2])
+    at = torch.tensor([n for n, end in enumerate(ends) if isinstance(end, Line)], dtype=torch.int64)
+    others = _coefficients(screen, planes, [end for end in ends if isinstance(end, Line)])
+    meeting = torch.linalg.cross(own[at], others)
+    return result.index_put((at,), meeting[:, :2] / meeting[:, 2:])
+
+
+def _tangents(
+    planes: Planes, faces: Int64[Tensor, "N"], centres: Float[Tensor, "N 2"]
+) -> tuple[Float[Tensor, "N C"], Float[Tensor, "N 2 C"]]:
+    """Faces' colours around points as (value there, slope): tangent to the true one, if the face's plane has a depth
+    there that occurs on the face; beyond that, linear between the corners."""
+    here = torch.cat((torch.ones_like(centres[:, :1]), centres), 1)[:, :, None]
+    depth, weighted, linear = planes.depth[faces], planes.weighted[faces], planes.linear[faces]
+    at = (here[..., 0] * depth).sum(1)
+    least, most = torch.as_tensor(planes.depths[faces.numpy()]).unbind(1)
+    occurs = (least <= at) & (at <= most)
+    divisor = torch.where(occurs, at, 1.0)[:, None]
+    value = (here * weighted).sum(1) / divisor
+    slope = (weighted[:, 1:] - depth[:, 1:, None] * value[:, None]) / divisor[:, None]
+    value = torch.where(occurs[:, None], value, (here * linear).sum(1))
+    return value, torch.where(occurs[:, None, None], slope, linear[:, 1:])
+
+
+def _shadows(a: Float[Tensor, "N 2"], b: Float[Tensor, "N 2"]) -> tuple[Float[Tensor, "N"], Float[Tensor, "N 2"]]:
+    """Area and first moments of the part of the unit square around the origin that a segment hides from the origin."""
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    start, end = _perimeter_positions(a), _perimeter_positions(b)
+    turn = (end - start).abs()
+    sector = torch.minimum(turn, 4 - turn) / 4
+    swept = (_swept_moments(end) - _swept_moments(start)) * torch.sign(cross)[:, None]
+    return sector - cross.abs() / 2, swept - cross.abs()[:, None] / 6 * (a + b)
+
+
+def _perimeter_positions(points: Float[Tensor, "N 2"]) -> Float[Tensor, "N"]:
+    """Where rays leave the square: side k has the positions k ± 1/2, counter-clockwise from the right."""
+    x, y = points.unbind(1)
+    flat = (x.abs() >= y.abs()) & (x != 0)
+    steep = x.abs() < y.abs()
+    across = 0.5 * y / torch.where(flat, x, 1.0) + torch.where(x > 0, 0.0, 2.0)
+    upward = -0.5 * x / torch.where(steep, y, 1.0) + torch.where(y > 0, 1.0, 3.0)
+    return torch.where(flat, across, torch.where(steep, upward, 0.0 * x))
+
+
+def _swept_moments(positions: Float[Tensor, "N"]) -> Float[Tensor, "N 2"]:
+    """First moments of the part of the square that a ray sweeps from the lower right corner up to a position."""
+    normals = positions.new_tensor([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+    before = normals.cumsum(0) - normals
+    side = torch.floor(positions.detach() + 0.5).long() % 4
+    along = torch.where(positions < 3.5, positions - side, positions - 4)[:, None]
+    tangents = normals[(side + 1) % 4]
+    return (before[side] + normals[side] * (along + 0.5) + tangents * (along * along - 0.25)) / 12

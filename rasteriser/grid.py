@@ -1,0 +1,111 @@
+"""A uniform grid over the picture that finds what lies near what: which faces cover a point, which segments meet."""
+
+import numpy as np
+from numba import njit
+
+from rasteriser.coverage import NOTHING, TIE, line_value, plane_value
+
+# Boxes count as larger by this much, in pixels, so that rounding hides no neighbour.
+MARGIN = 1e-3
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def grid_over(box, count):
+    """(left, top, size, columns, rows): square cells over a box of pixels, about as many as there are things to put
+    into them."""
+    width, height = box[2] - box[0], box[3] - box[1]
+    size = np.sqrt(width * height / max(count, 1))
+    columns, rows = max(int(np.ceil(width / size)), 1), max(int(np.ceil(height / size)), 1)
+    return np.float64(box[0]), np.float64(box[1]), size, columns, rows
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def cell_range(lowest, highest, size, cells):
+    """Cells, the last included, that an interval touches; first > last where it lies outside the grid."""
+    if not (highest + MARGIN >= 0.0 and lowest - MARGIN <= cells * size):
+        return 1, 0
+    first = int(min(max((lowest - MARGIN) / size, 0.0), cells - 1.0))
+    last = int(min(max((highest + MARGIN) / size, 0.0), cells - 1.0))
+    return first, last
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def count_per_cell(boxes, count, grid, spans, starts):
+    """Writes the cells that each box touches to spans [>= count, 4], and how many boxes touch each cell, summed up, to
+    starts [cells + 1]; returns the total. boxes [>= count, >= 4]: least and greatest x, least and greatest y."""
+    left, top, size, columns, rows = grid
+    starts[:] = 0
+    for n in range(count):
+        spans[n, 0], spans[n, 1] = cell_range(boxes[n, 0] - left, boxes[n, 1] - left, size, columns)
+        spans[n, 2], spans[n, 3] = cell_range(boxes[n, 2] - top, boxes[n, 3] - top, size, rows)
+        for row in range(spans[n, 2], spans[n, 3] + 1):
+            for column in range(spans[n, 0], spans[n, 1] + 1):
+                starts[row * columns + column] += 1
+    total = 0
+    for cell in range(columns * rows + 1):
+        total += starts[cell]
+        starts[cell] = total
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def fill_cells(spans, count, columns, starts, items):
+    """Turns starts into where each cell's items start: cell k, counted row by row, then holds items[starts[k] :
+    starts[k + 1]], in increasing order."""
+    for n in range(count - 1, -1, -1):
+        for row in range(spans[n, 2], spans[n, 3] + 1):
+            for column in range(spans[n, 0], spans[n, 1] + 1):
+                starts[row * columns + column] -= 1
+                items[starts[row * columns + column]] = n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sort_into_cells(boxes, count, grid):
+    """(starts, items) of the boxes that touch each cell, as `fill_cells` says."""
+    spans, starts = np.empty((count, 4), np.int32), np.empty(grid[3] * grid[4] + 1, np.int32)
+    items = np.empty(count_per_cell(boxes, count, grid, spans, starts), np.int32)
+    fill_cells(spans, count, grid[3], starts, items)
+    return starts, items
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def meet_first_in(boxes, a, b, column, row, grid):
+    """Whether two boxes overlap, and the cell is the one that holds the top left corner of what they share.
+
+    Of all cells that hold both, exactly one says yes.
+    """
+    left, top, size, columns, rows = grid
+    x, y = max(boxes[a, 0], boxes[b, 0]), max(boxes[a, 2], boxes[b, 2])
+    if x > min(boxes[a, 1], boxes[b, 1]) + MARGIN or y > min(boxes[a, 3], boxes[b, 3]) + MARGIN:
+        return False
+    first_column = int(min(max((x - left - MARGIN) / size, 0.0), columns - 1.0))
+    first_row = int(min(max((y - top - MARGIN) / size, 0.0), rows - 1.0))
+    return first_column == column and first_row == row
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, step_x, step_y):
+    """The faces seen at two points: a small step back from (x, y), and the same step ahead."""
+    left, top, size, columns, rows = grid
+    column, row = min(max(int((x - left) / size), 0), columns - 1), min(max(int((y - top) / size), 0), rows - 1)
+    cell = row * columns + column
+    behind, ahead, depth_behind, depth_ahead = NOTHING, NOTHING, 0.0, 0.0
+    for k in range(starts[cell], starts[cell + 1]):
+        f = items[k]
+        covers_behind = covers_ahead = True
+        for corner in range(3):
+            edge, side = face_edges[f, corner], sides[f, corner] > 0
+            here, step = line_value(lines, edge, x, y), lines[edge, 0] * step_x + lines[edge, 1] * step_y
+            covers_behind &= (here - step >= 0) == side
+            covers_ahead &= (here + step >= 0) == side
+            if not (covers_behind | covers_ahead):
+                break
+        if covers_behind:
+            depth = plane_value(planes, f, 0, x - step_x, y - step_y)
+            if depth > depth_behind * TIE:
+                depth_behind, behind = depth, f
+        if covers_ahead:
+            depth = plane_value(planes, f, 0, x + step_x, y + step_y)
+            if depth > depth_ahead * TIE:
+                depth_ahead, ahead = depth, f
+    return behind, ahead

@@ -1,0 +1,233 @@
+"""The straight stretches of the screen along which what is seen may change: contours, creases, and lines where faces
+interpenetrate; and where they cut one another.
+
+A segment is a row of `ends` [S, 4] (x and y of its start, then of its end) and of `codes` [S, 5]: its edge, or CROSSING
+for two faces that interpenetrate; those two faces, or the one or two at the edge; for a crossing, the edges at which it
+starts and ends.
+"""
+
+import numpy as np
+from numba import njit
+
+from rasteriser.coverage import NOTHING
+from rasteriser.grid import grid_over, meet_first_in, sort_into_cells
+
+CROSSING = -1
+# Inverse depths that differ by less than this share of the greatest are the same.
+SAME_DEPTH = 1e-9
+# Crossings shorter than this, in pixels, are rounding.
+SHORTEST = 1e-6
+# Segments that meet within this share of their length from an end do not cut each other there.
+INTERIOR = 1e-9
+# Segments at a smaller angle than this, in radians, do not cut each other.
+PARALLEL = 1e-6
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
+    """Whether an edge is a contour, its surface on one side of it only, or a crease, where the colour's change per
+    pixel jumps by more than `crease`."""
+    found, crosses = 0, False
+    for slot in range(2):
+        face = edge_faces[edge, slot]
+        if face >= 0:
+            for corner in range(3):
+                if face_edges[face, corner] == edge and sides[face, corner] != 0:
+                    crosses |= found == -sides[face, corner]
+                    found = sides[face, corner]
+    if crosses:
+        f, g = edge_faces[edge, 0], edge_faces[edge, 1]
+        for channel in range(1 + channels, 1 + 2 * channels):
+            bend_x, bend_y = planes[f, channel, 1] - planes[g, channel, 1], planes[f, channel, 2] - planes[g, channel, 2]
+            if bend_x * bend_x + bend_y * bend_y > crease * crease:
+                return True
+        return False
+    return found != 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def border_segments(screen, edges, edge_faces, face_edges, planes, sides, channels, crease, width, height, ends, codes):
+    """Writes the contours and creases that touch the picture; returns how many."""
+    count = 0
+    for edge in range(edges.shape[0]):
+        i, j = edges[edge, 0], edges[edge, 1]
+        x0, y0, x1, y1 = screen[i, 0], screen[i, 1], screen[j, 0], screen[j, 1]
+        if max(x0, x1) < 0 or min(x0, x1) > width or max(y0, y1) < 0 or min(y0, y1) > height:
+            continue
+        if (x0 != x1 or y0 != y1) and is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
+            ends[count, 0], ends[count, 1], ends[count, 2], ends[count, 3] = x0, y0, x1, y1
+            codes[count, 0], codes[count, 1], codes[count, 2] = edge, edge_faces[edge, 0], edge_faces[edge, 1]
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def pierces(screen, faces, planes, f, g, margin):
+    """Whether corners of face g lie on both sides of face f's plane."""
+    above = below = False
+    p, q, r = planes[f, 0, 0], planes[f, 0, 1], planes[f, 0, 2]
+    for corner in range(3):
+        v = faces[g, corner]
+        height = screen[v, 2] - (p + q * screen[v, 0] + r * screen[v, 1])
+        above |= height > margin
+        below |= height < -margin
+    return above & below
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def shared_corners(faces, f, g):
+    shared = 0
+    for corner in range(3):
+        v = faces[f, corner]
+        shared += (v == faces[g, 0]) + (v == faces[g, 1]) + (v == faces[g, 2])
+    return shared
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def crossing_of(face_edges, lines, planes, sides, f, g):
+    """(x0, y0, x1, y1, edge at the start, edge at the end, length) of the line where two faces' planes meet, inside
+    both; a length that is not positive means that there is none."""
+    a, b = planes[f, 0, 1] - planes[g, 0, 1], planes[f, 0, 2] - planes[g, 0, 2]
+    c = planes[f, 0, 0] - planes[g, 0, 0]
+    square = a * a + b * b
+    foot_x, foot_y = -c * a / square, -c * b / square
+    along_x, along_y = -b / np.sqrt(square), a / np.sqrt(square)
+    first, last, first_edge, last_edge = -np.inf, np.inf, NOTHING, NOTHING
+    for which in range(2):
+        face = f if which == 0 else g
+        for corner in range(3):
+            edge = face_edges[face, corner]
+            side = np.float64(sides[face, corner])
+            rate = side * (lines[edge, 0] * along_x + lines[edge, 1] * along_y)
+            at_foot = side * (lines[edge, 0] * foot_x + lines[edge, 1] * foot_y + lines[edge, 2])
+            if rate == 0.0:
+                if at_foot < 0.0:
+                    last = -np.inf
+            elif rate > 0.0:
+                if -at_foot / rate > first:
+                    first, first_edge = -at_foot / rate, edge
+            elif -at_foot / rate < last:
+                last, last_edge = -at_foot / rate, edge
+    return (
+        foot_x + first * along_x, foot_y + first * along_y, foot_x + last * along_x, foot_y + last * along_y,
+        first_edge, last_edge, last - first,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def add_crossings(
+    screen, faces, face_edges, lines, planes, sides, boxes, grid, starts, items, ends, codes, count
+):
+    """Appends the lines where faces that share no edge interpenetrate; the grid holds the faces. Returns how many
+    segments there are then; those for which there is no room are only counted."""
+    columns, rows, margin = grid[3], grid[4], 0.0
+    for v in range(screen.shape[0]):
+        margin = max(margin, SAME_DEPTH * screen[v, 2])
+    for row in range(rows):
+        for column in range(columns):
+            cell = row * columns + column
+            for k in range(starts[cell], starts[cell + 1]):
+                f = items[k]
+                for m in range(k + 1, starts[cell + 1]):
+                    g = items[m]
+                    if boxes[f, 4] > boxes[g, 5] or boxes[g, 4] > boxes[f, 5]:
+                        continue
+                    if not meet_first_in(boxes, f, g, column, row, grid):
+                        continue
+                    if not pierces(screen, faces, planes, f, g, margin):
+                        continue
+                    if not pierces(screen, faces, planes, g, f, margin) or shared_corners(faces, f, g) > 1:
+                        continue
+                    x0, y0, x1, y1, start, end, length = crossing_of(face_edges, lines, planes, sides, f, g)
+                    if length > SHORTEST:
+                        count += 1
+                        if count > len(ends):
+                            continue
+                        last = count - 1
+                        ends[last, 0], ends[last, 1], ends[last, 2], ends[last, 3] = x0, y0, x1, y1
+                        codes[last, 0], codes[last, 1], codes[last, 2] = CROSSING, f, g
+                        codes[last, 3], codes[last, 4] = start, end
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def segment_boxes(ends, count, boxes):
+    for s in range(count):
+        boxes[s, 0], boxes[s, 1] = min(ends[s, 0], ends[s, 2]), max(ends[s, 0], ends[s, 2])
+        boxes[s, 2], boxes[s, 3] = min(ends[s, 1], ends[s, 3]), max(ends[s, 1], ends[s, 3])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def add_cuts(ends, boxes, grid, starts, items, heads, links, places):
+    """Chains up where segments cut one another; the grid holds the segments. Returns how many cuts there are; those for
+    which there is no room are only counted."""
+    heads[:] = NOTHING
+    columns, rows, total = grid[3], grid[4], 0
+    for row in range(rows):
+        for column in range(columns):
+            cell = row * columns + column
+            for k in range(starts[cell], starts[cell + 1]):
+                a = items[k]
+                ax, ay = ends[a, 2] - ends[a, 0], ends[a, 3] - ends[a, 1]
+                for m in range(k + 1, starts[cell + 1]):
+                    b = items[m]
+                    bx, by = ends[b, 2] - ends[b, 0], ends[b, 3] - ends[b, 1]
+                    apart_x, apart_y = ends[b, 0] - ends[a, 0], ends[b, 1] - ends[a, 1]
+                    determinant = ax * by - ay * bx
+                    lengths = (ax * ax + ay * ay) * (bx * bx + by * by)
+                    if not determinant * determinant > PARALLEL * PARALLEL * lengths:
+                        continue
+                    t = (apart_x * by - apart_y * bx) / determinant
+                    u = (apart_x * ay - apart_y * ax) / determinant
+                    if not (-INTERIOR <= t <= 1.0 + INTERIOR and -INTERIOR <= u <= 1.0 + INTERIOR):
+                        continue
+                    if not meet_first_in(boxes, a, b, column, row, grid):
+                        continue
+                    for which in range(2):
+                        own, other, place = (a, b, t) if which == 0 else (b, a, u)
+                        if INTERIOR < place < 1.0 - INTERIOR:
+                            if total < len(links):
+                                links[total, 0], links[total, 1], places[total] = other, heads[own], place
+                                heads[own] = total
+                            total += 1
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cuts_between(ends, count, box):
+    """(heads, links, places, total): segment s is cut at places[k] (0 at its start, 1 at its end) by the segment
+    links[k, 0], for k = heads[s], then links[k, 1], and so on until NOTHING."""
+    boxes = np.empty((count, 4))
+    segment_boxes(ends, count, boxes)
+    grid = grid_over(box, count)
+    starts, items = sort_into_cells(boxes, count, grid)
+    heads, links, places = np.empty(count, np.int32), np.empty((count + 64, 2), np.int32), np.empty(count + 64)
+    total = add_cuts(ends, boxes, grid, starts, items, heads, links, places)
+    if total > len(links):
+        links, places = np.empty((total, 2), np.int32), np.empty(total)
+        add_cuts(ends, boxes, grid, starts, items, heads, links, places)
+    return heads, links, places, total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_segments(
+    screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
+    grid, starts, items,
+):  # fmt: skip
+    """(ends, codes, count) of all contours, creases and crossings; the grid holds the faces."""
+    room = len(edges) + 64
+    ends, codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
+    borders = border_segments(
+        screen, edges, edge_faces, face_edges, planes, sides, channels, crease, width, height, ends, codes
+    )
+    while True:
+        count = add_crossings(
+            screen, faces, face_edges, lines, planes, sides, boxes, grid, starts, items, ends, codes,
+            borders,
+        )  # fmt: skip
+        if count <= room:
+            return ends, codes, count
+        room = count
+        more_ends, more_codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
+        more_ends[:borders], more_codes[:borders] = ends[:borders], codes[:borders]
+        ends, codes = more_ends, more_codes
