@@ -14,7 +14,7 @@ NOTHING = -1
 # Faces of less height than this, in pixels, are painted in their mean colour: across them, colours change too fast.
 THIN = 1e-2
 # A face must be nearer by this factor than those before it: coplanar faces then tie whatever the rounding.
-TIE = 1.0 + 1e-9
+TIE = 1.0 + 1e-12
 SMALLEST_NORMAL = 2.3e-308
 # Pixels are visited in groups of this many, which the compiler turns into vector instructions; rows of what is kept per
 # pixel are longer than the picture by one group.

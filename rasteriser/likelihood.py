@@ -29,7 +29,7 @@ from rasteriser.topology import Topology
 
 FloatArray = npt.NDArray[np.float32]
 
-CREASE = 0.02
+CREASE = 0.0
 """Jump in the colour's change per pixel above which an edge inside the surface is antialiased, as contours are."""
 
 

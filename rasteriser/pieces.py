@@ -10,7 +10,7 @@ from rasteriser.segments import CROSSING
 # What a piece's end lies on: a vertex of the mesh, a pixel boundary, an edge, or another segment.
 AT_VERTEX, AT_COLUMN, AT_ROW, AT_EDGE, AT_SEGMENT = 0, 1, 2, 3, 4
 # What is seen on either side of a piece is looked up this far from it, in pixels.
-ASIDE = 1e-7
+ASIDE = 1e-6
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")

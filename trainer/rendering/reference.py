@@ -13,14 +13,14 @@ from jaxtyping import Bool, Float, Int64
 from torch import Tensor
 
 SMALLEST_DOUBLED_AREA = 1e-12
-TIE = 1 + 1e-9
-ASIDE = 1e-7
+TIE = 1 + 1e-12
+ASIDE = 1e-6
 INTERIOR = 1e-9
 PARALLEL = 1e-6
 SAME_DEPTH = 1e-9
 SHORTEST = 1e-6
 THIN = 1e-2
-CREASE = 0.02
+CREASE = 0.0
 
 
 class Line(NamedTuple):
