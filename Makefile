@@ -12,7 +12,7 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo test check serve
+.PHONY: help install install-service demo test check serve bench-render
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -57,3 +57,11 @@ check: install  ## formatting, lint, types and the layering of the packages
 
 serve: install-service  ## serve the bundles in MODELS (default: the demo's) on HOST:PORT
 	$(VENV)-service/bin/python -m service --host $(HOST) --port $(PORT) --models $(MODELS)
+
+$(VENV)/.bench: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	touch $@
+
+bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchmarks/render.json and .png; about 40 minutes)
+	@ldconfig -p | grep -q libLLVM || echo "expected LLVM's library for Mitsuba 3, found none; measuring without it (Debian: apt-get install libllvm19)" >&2
+	$(BIN)/python -m benchmarks.render

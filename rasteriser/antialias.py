@@ -80,9 +80,7 @@ def add_face(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture,
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
-def face_gradient(
-    planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients
-):
+def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients):
     """Adjoint of `add_face`; returns the gradients of area and moments, and adds to plane_gradients."""
     channels = picture_gradient.shape[0]
     depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]

@@ -12,7 +12,7 @@ from numba import njit
 SMALLEST_DOUBLED_AREA = 1e-12
 NOTHING = -1
 # Faces of less height than this, in pixels, are painted in their mean colour: across them, colours change too fast.
-THIN = 1e-2
+THIN = 2e-2
 # A face must be nearer by this factor than those before it: coplanar faces then tie whatever the rounding.
 TIE = 1.0 + 1e-12
 SMALLEST_NORMAL = 2.3e-308
@@ -77,11 +77,11 @@ def set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes
             v = faces[f, corner]
             beyond = line_value(lines, face_edges[f, corner], np.float64(screen[v, 0]), np.float64(screen[v, 1]))
             sides[f, corner] = 1 if beyond >= 0 else -1
-        thin = is_thin(x1, y1, x2, y2)
+        thin, inverse_area = is_thin(x1, y1, x2, y2), 1.0 / area
         for channel in range(1 + 2 * channels):
             a0, a1, a2 = w0, w1, w2
             if channel > 0:
-                c = (channel - 1) % channels
+                c = channel - 1 if channel <= channels else channel - 1 - channels
                 c0, c1, c2 = np.float64(colours[i, c]), np.float64(colours[j, c]), np.float64(colours[k, c])
                 if thin:
                     c0 = c1 = c2 = (c0 + c1 + c2) / 3.0
@@ -91,8 +91,8 @@ def set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes
                     a0, a1, a2 = w0 * c0, w1 * c1, w2 * c2
             a1 -= a0
             a2 -= a0
-            along_x = (a1 * y2 - a2 * y1) / area
-            along_y = (a2 * x1 - a1 * x2) / area
+            along_x = (a1 * y2 - a2 * y1) * inverse_area
+            along_y = (a2 * x1 - a1 * x2) * inverse_area
             planes[f, channel, 0] = a0 - along_x * x0 - along_y * y0
             planes[f, channel, 1] = along_x
             planes[f, channel, 2] = along_y
@@ -150,12 +150,7 @@ def rasterise(face_edges, lines, planes, sides, boxes, box, width, nearest, visi
                 for lane in range(LANES):
                     x = start + lane + 0.5
                     depth = depth_row + q * x
-                    wins = (
-                        (a0 * x + k0 >= t0)
-                        & (a1 * x + k1 >= t1)
-                        & (a2 * x + k2 >= t2)
-                        & (depth > near[lane] * TIE)
-                    )
+                    wins = (a0 * x + k0 >= t0) & (a1 * x + k1 >= t1) & (a2 * x + k2 >= t2) & (depth > near[lane] * TIE)
                     near[lane] = depth if wins else near[lane]
                     faces_there[lane] = f if wins else faces_there[lane]
     for iy in range(top, bottom):

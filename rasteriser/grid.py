@@ -61,26 +61,18 @@ def fill_cells(spans, count, columns, starts, items):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sort_into_cells(boxes, count, grid):
-    """(starts, items) of the boxes that touch each cell, as `fill_cells` says."""
+    """(spans, starts, items): the cells that each box touches, and the boxes that touch each cell, as
+    `count_per_cell` and `fill_cells` say."""
     spans, starts = np.empty((count, 4), np.int32), np.empty(grid[3] * grid[4] + 1, np.int32)
     items = np.empty(count_per_cell(boxes, count, grid, spans, starts), np.int32)
     fill_cells(spans, count, grid[3], starts, items)
-    return starts, items
+    return spans, starts, items
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def meet_first_in(boxes, a, b, column, row, grid):
-    """Whether two boxes overlap, and the cell is the one that holds the top left corner of what they share.
-
-    Of all cells that hold both, exactly one says yes.
-    """
-    left, top, size, columns, rows = grid
-    x, y = max(boxes[a, 0], boxes[b, 0]), max(boxes[a, 2], boxes[b, 2])
-    if x > min(boxes[a, 1], boxes[b, 1]) + MARGIN or y > min(boxes[a, 3], boxes[b, 3]) + MARGIN:
-        return False
-    first_column = int(min(max((x - left - MARGIN) / size, 0.0), columns - 1.0))
-    first_row = int(min(max((y - top - MARGIN) / size, 0.0), rows - 1.0))
-    return first_column == column and first_row == row
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+def meet_first_in(spans, a, b, column, row):
+    """Whether a cell that holds two boxes is the first, from the top left, of those that do."""
+    return (max(spans[a, 0], spans[b, 0]) == column) & (max(spans[a, 2], spans[b, 2]) == row)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")

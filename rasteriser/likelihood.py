@@ -30,7 +30,7 @@ from rasteriser.topology import Topology
 FloatArray = npt.NDArray[np.float32]
 
 CREASE = 0.0
-"""Jump in the colour's change per pixel above which an edge inside the surface is antialiased, as contours are."""
+"""Jump in the colour's change per pixel from which an edge inside the surface is antialiased, as contours are."""
 
 
 class Gradients(NamedTuple):
@@ -44,7 +44,7 @@ class Gradients(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _workspace(vertex_count, topology, channels, width, height):
-    """Scratch memory of one thread: what is known of a mesh's edges, faces and pixels (7 arrays), gradients (3), lanes (3)."""
+    """Scratch memory of one thread: what is known of a mesh's edges, faces and pixels (7 arrays), gradients (3), lanes (1)."""
     face_count, edge_count = len(topology[0]), len(topology[1])
     return (
         np.empty((edge_count, 3)),
@@ -58,8 +58,6 @@ def _workspace(vertex_count, topology, channels, width, height):
         np.empty((vertex_count, 3)),
         np.empty((vertex_count, channels)),
         np.empty(LANES),
-        np.empty(LANES),
-        np.empty((1 + channels, 3, LANES)),
     )
 
 
@@ -78,10 +76,10 @@ def _draw(screen, colours, topology, crease, workspace, box, width, picture):
     add_interior(planes, boxes, seen, visible, width, workspace[10], picture)
 
     grid = grid_over(box, len(faces))
-    starts, items = sort_into_cells(boxes, len(faces), grid)
+    spans, starts, items = sort_into_cells(boxes, len(faces), grid)
     ends, segment_codes, count = find_segments(
         screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
-        grid, starts, items,
+        grid, spans, starts, items,
     )  # fmt: skip
     heads, links, link_places, link_count = cuts_between(ends, count, box)
     points, codes, found = find_pieces(
@@ -93,18 +91,15 @@ def _draw(screen, colours, topology, crease, workspace, box, width, picture):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
+def _draw_gradient(screen, colours, topology, workspace, pieces, box, picture_gradient):
     """Adjoint of `_draw`, right after it; leaves the gradients of vertices and colours in the workspace."""
     faces, edges = topology[0], topology[1]
-    lines, planes, sides, boxes, _, visible, seen, plane_gradients, screen_gradient, colour_gradient = workspace[:10]
+    lines, planes, sides, boxes, nearest, visible, _, plane_gradients, screen_gradient, colour_gradient = workspace[:10]
     segment_codes, points, codes, found = pieces
     plane_gradients[:] = 0.0
     screen_gradient[:] = 0.0
     colour_gradient[:] = 0.0
-    interior_gradient(
-        planes, boxes, seen, visible, width, workspace[10], workspace[11], workspace[12], picture_gradient,
-        plane_gradients,
-    )  # fmt: skip
+    interior_gradient(planes, box, nearest, visible, picture_gradient, plane_gradients)
     pieces_gradient(
         screen, edges, lines, planes, boxes, segment_codes, points, codes, found, picture_gradient,
         plane_gradients, screen_gradient,
@@ -112,13 +107,37 @@ def _draw_gradient(screen, colours, topology, workspace, pieces, width, picture_
     faces_gradient(screen, colours, faces, planes, sides, plane_gradients, screen_gradient, colour_gradient)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def binarise_box(picture, box, eta, slopes):
+    """Pixels p inside a box become p / (p + η), and slopes [C, H, W] the derivative of that."""
+    left, top, right, bottom = box
+    for c in range(picture.shape[0]):
+        for iy in range(top, bottom):
+            for ix in range(left, right):
+                # Rounding may leave a black pixel a hair below zero.
+                inverse = np.float32(1.0) / (max(picture[c, iy, ix], np.float32(0.0)) + eta)
+                slopes[c, iy, ix] = eta * inverse * inverse
+                picture[c, iy, ix] = np.float32(1.0) - eta * inverse
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def multiply_box(picture, box, factors):
+    left, top, right, bottom = box
+    for c in range(picture.shape[0]):
+        for iy in range(top, bottom):
+            for ix in range(left, right):
+                picture[c, iy, ix] *= factors[c, iy, ix]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_likelihood_and_gradient(screen, colours, topology, crease, target, total, table, workspace, scratch, scale):
+def _log_likelihood_and_gradient(
+    screen, colours, topology, crease, binarise, target, total, table, workspace, scratch, scale
+):
     """log p of one picture, given as the pyramids target [C, T] of its channels and the sum of their squares.
 
     Where scale is not 0, also scale · d log p, left in the workspace.
     """
-    levels, half, level_boxes = scratch
+    levels, half, level_boxes, slopes = scratch
     channels, height, width = len(target), table[0, 0], table[0, 1]
     box = bounding_box(screen, width, height)
     if box[2] <= box[0] or box[3] <= box[1]:
@@ -137,13 +156,17 @@ def _log_likelihood_and_gradient(screen, colours, topology, crease, target, tota
         picture, (channels, height, stride), (levels.strides[0], stride * levels.itemsize, levels.itemsize)
     )
     pieces = _draw(screen, colours, topology, crease, workspace, box, width, picture)
+    if binarise > 0.0:
+        binarise_box(picture, box, np.float32(binarise), slopes)
     value = 0.0
     for c in range(channels):
         value += pyramid_log_likelihood(table, box, levels[c], target[c], 0.0, level_boxes, half)
         if scale != 0.0:
             pyramid_gradient(table, level_boxes, levels[c], half, scale)
     if scale != 0.0:
-        _draw_gradient(screen, colours, topology, workspace, pieces, width, picture)
+        if binarise > 0.0:
+            multiply_box(picture, box, slopes)
+        _draw_gradient(screen, colours, topology, workspace, pieces, box, picture)
     return value - 0.5 * total
 
 
@@ -160,7 +183,7 @@ def _pyramids(threads, pictures, table, levels, totals):
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
-    threads, screen, colours, topology, crease, targets, totals, table, per_picture, wanted, scales,
+    threads, screen, colours, topology, crease, binarise, targets, totals, table, per_picture, wanted, scales,
     values_out, screen_out, colours_out,
 ):  # fmt: skip
     channels, height, width = colours.shape[2], table[0, 0], table[0, 1]
@@ -170,13 +193,14 @@ def _log_likelihood_gradients(
             np.zeros(targets.shape[1:], np.float32),
             np.empty((height // 2 + 4) * (width + LANES), np.float32),
             np.empty((len(table), 4), np.int64),
+            np.empty((channels, height, width) if binarise > 0.0 else (0, 0, 0), np.float32),
         )
         for i in range(thread, len(wanted), threads):
             n = wanted[i]
             picture = n // per_picture
             values_out[n] = _log_likelihood_and_gradient(
-                screen[n], colours[n], topology, crease, targets[picture], totals[picture], table, workspace, scratch,
-                scales[n],
+                screen[n], colours[n], topology, crease, binarise, targets[picture], totals[picture], table,
+                workspace, scratch, scales[n],
             )  # fmt: skip
             if scales[n] != 0.0:
                 screen_out[n] = workspace[8]
@@ -206,7 +230,7 @@ def _picture_gradients(threads, screen, colours, topology, crease, width, upstre
             box = bounding_box(screen[n], width, height)
             pieces = _draw(screen[n], colours[n], topology, crease, workspace, box, width, picture)
             picture[:, :, :width] = upstream[n]
-            _draw_gradient(screen[n], colours[n], topology, workspace, pieces, width, picture)
+            _draw_gradient(screen[n], colours[n], topology, workspace, pieces, box, picture)
             screen_out[n] = workspace[8]
             colours_out[n] = workspace[9]
 
@@ -217,8 +241,8 @@ def draw(
     """Antialiased pictures [N, C, H, W] on black of N meshes that share one topology.
 
     `screen` [N, V, 3] holds x, y in pixels and inverse depth; `colours` [N, V, C] are linear. Edges inside the surface
-    are antialiased where the colour's change per pixel jumps by more than `crease`: 0 is exact, infinity leaves
-    contours alone.
+    are antialiased where the colour's change per pixel jumps by `crease` or more, and so are lines where faces
+    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time.
 
     Raises:
         ValueError: shapes that do not fit, or vertices that are not finite; the message names the first bad mesh.
@@ -246,16 +270,22 @@ def draw_gradient(
 
 
 def log_likelihood(
-    screen: FloatArray, colours: FloatArray, topology: Topology, pictures: FloatArray, crease: float = CREASE
+    screen: FloatArray,
+    colours: FloatArray,
+    topology: Topology,
+    pictures: FloatArray,
+    crease: float = CREASE,
+    binarise: float = 0.0,
 ) -> npt.NDArray[np.float64]:
     """Log-likelihoods [N] (Eqs. 1 to 4, ε = 1, constants left out) of pictures [B, C, H, W] given N = B · R meshes.
 
-    Mesh n explains picture n // R, so the R hypotheses of a picture stand together. Raises as `draw` does.
+    Mesh n explains picture n // R, so the R hypotheses of a picture stand together. Where `binarise` is positive, it is
+    the η of the paper's silhouette loss: both pictures' pixels p become p / (p + η) first. Raises as `draw` does.
     """
     screen, colours = _checked(screen, colours, topology)
     nothing = Gradients(np.empty((0, 0, 0), np.float32), np.empty((0, 0, 0), np.float32))
     everything, scales = np.arange(len(screen)), np.zeros(len(screen))
-    return _evaluate(screen, colours, topology, pictures, crease, everything, scales, nothing)
+    return _evaluate(screen, colours, topology, pictures, crease, binarise, everything, scales, nothing)
 
 
 def log_likelihood_gradient(
@@ -265,14 +295,15 @@ def log_likelihood_gradient(
     pictures: FloatArray,
     scales: npt.NDArray[np.float64],
     crease: float = CREASE,
+    binarise: float = 0.0,
 ) -> tuple[npt.NDArray[np.float64], Gradients]:
     """log p_n [N], and the gradients of Σ_n scales_n · log p_n. Meshes whose scale is 0 cost nothing, and their log p
-    is given as 0. Raises as `draw` does."""
+    is given as 0. Options and errors are those of `log_likelihood`."""
     screen, colours = _checked(screen, colours, topology)
     gradients = Gradients(np.zeros_like(screen), np.zeros_like(colours))
     scales = np.ascontiguousarray(scales, np.float64)
     wanted = np.flatnonzero(scales)
-    return _evaluate(screen, colours, topology, pictures, crease, wanted, scales, gradients), gradients
+    return _evaluate(screen, colours, topology, pictures, crease, binarise, wanted, scales, gradients), gradients
 
 
 def _evaluate(
@@ -281,19 +312,23 @@ def _evaluate(
     topology: Topology,
     pictures: FloatArray,
     crease: float,
+    binarise: float,
     wanted: npt.NDArray[np.int64],
     scales: npt.NDArray[np.float64],
     gradients: Gradients,
 ) -> npt.NDArray[np.float64]:
     per_picture = _hypotheses(len(screen), len(pictures))
     pictures = np.ascontiguousarray(pictures, np.float32)
+    if binarise > 0.0:
+        pictures = pictures / (pictures + np.float32(binarise))
     threads, table = get_num_threads(), level_table(pictures.shape[3], pictures.shape[2])
     targets, totals = np.empty((*pictures.shape[:2], table[-1, 3]), np.float32), np.empty(len(pictures))
     _pyramids(threads, pictures, table, targets, totals)
     values, mesh = np.zeros(len(screen)), _contiguous(topology)
     _log_likelihood_gradients(
-        threads, screen, colours, mesh, crease, targets, totals, table, per_picture, wanted, scales, values, *gradients
-    )
+        threads, screen, colours, mesh, crease, binarise, targets, totals, table, per_picture, wanted, scales, values,
+        *gradients,
+    )  # fmt: skip
     return values
 
 

@@ -111,11 +111,9 @@ def add_pieces_of_segments(
             step_x, step_y = -dy * aside, dx * aside
             if step_x * (ix + 0.5 - x) + step_y * (iy + 0.5 - y) > 0.0:
                 step_x, step_y = -step_x, -step_y
-            here, beyond = nearest_faces(
-                grid, starts, items, face_edges, lines, planes, sides, x, y, step_x, step_y
-            )
+            here, beyond = nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, step_x, step_y)
             f, g = codes[s, 1], codes[s, 2]
-            own = (here != NOTHING and (here == f or here == g)) + (beyond != NOTHING and (beyond == f or beyond == g))
+            own = (here != NOTHING and here in (f, g)) + (beyond != NOTHING and beyond in (f, g))
             if here == beyond or own < (2 if codes[s, 0] == CROSSING else 1):
                 continue
             found += 1
@@ -138,8 +136,8 @@ def find_pieces(
     edges, face_edges, lines, planes, sides, grid, starts, items, ends, codes, segment_count,
     heads, links, link_places, link_count, width, height,
 ):  # fmt: skip
-    """(points, codes, count) of the pieces along which two faces meet in what is seen: both those of a crossing, or one of
-    those at an edge.
+    """(points, codes, count) of the pieces along which two faces meet in what is seen: both those of a crossing, or
+    one of those at an edge.
 
     points [P, 4]: x and y of either end, from the centre of the piece's pixel. codes [P, 9]: column and row of the
     pixel; the face seen on the centre's side of the piece and that beyond, or NOTHING; the segment; and, for either

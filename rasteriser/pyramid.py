@@ -42,6 +42,8 @@ def level_table(width, height):
 @njit(cache=True, nogil=True, _nrt=False)
 def reflected(index, size):
     """Index with the border reflected, the border pixel itself not repeated."""
+    if 0 <= index < size:
+        return index
     if size == 1:
         return 0
     period = 2 * (size - 1)
@@ -87,8 +89,14 @@ def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half
     inner_first, inner_last = max(above[0], 1), min(above[2], max((columns - 1) // 2, 0))
     for j in range(above[1], above[3]):
         centre = fine[fine_base + 2 * j * stride :]
-        over, under = fine[fine_base + reflected(2 * j - 1, rows) * stride :], fine[fine_base + reflected(2 * j + 1, rows) * stride :]
-        far_over, far_under = fine[fine_base + reflected(2 * j - 2, rows) * stride :], fine[fine_base + reflected(2 * j + 2, rows) * stride :]
+        over, under = (
+            fine[fine_base + reflected(2 * j - 1, rows) * stride :],
+            fine[fine_base + reflected(2 * j + 1, rows) * stride :],
+        )
+        far_over, far_under = (
+            fine[fine_base + reflected(2 * j - 2, rows) * stride :],
+            fine[fine_base + reflected(2 * j + 2, rows) * stride :],
+        )
         for i in range(first, last):
             half[i] = CENTRE * centre[i] + NEXT * (over[i] + under[i]) + OUTER * (far_over[i] + far_under[i])
         out = coarse[coarse_base + j * table[level + 1, STRIDE] :]
@@ -99,7 +107,9 @@ def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half
                 + OUTER * (half[2 * i - 2] + half[2 * i + 2])
             )
         for side in range(2):
-            border_first, border_last = (above[0], inner_first) if side == 0 else (max(inner_last, inner_first), above[2])
+            border_first, border_last = (
+                (above[0], inner_first) if side == 0 else (max(inner_last, inner_first), above[2])
+            )
             for i in range(border_first, border_last):
                 near = half[reflected(2 * i - 1, columns)] + half[reflected(2 * i + 1, columns)]
                 far = half[reflected(2 * i - 2, columns)] + half[reflected(2 * i + 2, columns)]
@@ -148,7 +158,7 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
         if not above[1] <= j < above[3]:
             continue
         row = half[(j + 1) * stride :]
-        for tap in range(-2, 3) if side == 0 else range(-2, 3):
+        for tap in range(-2, 3):
             beyond = 2 * j + tap
             if (side == 0 and beyond < 0) or (side == 1 and beyond >= rows):
                 y = reflected(beyond, rows)

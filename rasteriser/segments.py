@@ -26,7 +26,7 @@ PARALLEL = 1e-6
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
 def is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
     """Whether an edge is a contour, its surface on one side of it only, or a crease, where the colour's change per
-    pixel jumps by more than `crease`."""
+    pixel jumps by `crease` or more."""
     found, crosses = 0, False
     for slot in range(2):
         face = edge_faces[edge, slot]
@@ -38,8 +38,11 @@ def is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
     if crosses:
         f, g = edge_faces[edge, 0], edge_faces[edge, 1]
         for channel in range(1 + channels, 1 + 2 * channels):
-            bend_x, bend_y = planes[f, channel, 1] - planes[g, channel, 1], planes[f, channel, 2] - planes[g, channel, 2]
-            if bend_x * bend_x + bend_y * bend_y > crease * crease:
+            bend_x, bend_y = (
+                planes[f, channel, 1] - planes[g, channel, 1],
+                planes[f, channel, 2] - planes[g, channel, 2],
+            )
+            if bend_x * bend_x + bend_y * bend_y >= crease * crease:
                 return True
         return False
     return found != 0
@@ -116,7 +119,7 @@ def crossing_of(face_edges, lines, planes, sides, f, g):
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def add_crossings(
-    screen, faces, face_edges, lines, planes, sides, boxes, grid, starts, items, ends, codes, count
+    screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, ends, codes, count
 ):
     """Appends the lines where faces that share no edge interpenetrate; the grid holds the faces. Returns how many
     segments there are then; those for which there is no room are only counted."""
@@ -130,9 +133,10 @@ def add_crossings(
                 f = items[k]
                 for m in range(k + 1, starts[cell + 1]):
                     g = items[m]
-                    if boxes[f, 4] > boxes[g, 5] or boxes[g, 4] > boxes[f, 5]:
-                        continue
-                    if not meet_first_in(boxes, f, g, column, row, grid):
+                    near = (boxes[f, 4] <= boxes[g, 5]) & (boxes[g, 4] <= boxes[f, 5])
+                    near &= (boxes[f, 0] <= boxes[g, 1]) & (boxes[g, 0] <= boxes[f, 1])
+                    near &= (boxes[f, 2] <= boxes[g, 3]) & (boxes[g, 2] <= boxes[f, 3])
+                    if not (near & meet_first_in(spans, f, g, column, row)):
                         continue
                     if not pierces(screen, faces, planes, f, g, margin):
                         continue
@@ -158,7 +162,7 @@ def segment_boxes(ends, count, boxes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def add_cuts(ends, boxes, grid, starts, items, heads, links, places):
+def add_cuts(ends, grid, spans, starts, items, heads, links, places):
     """Chains up where segments cut one another; the grid holds the segments. Returns how many cuts there are; those for
     which there is no room are only counted."""
     heads[:] = NOTHING
@@ -181,7 +185,7 @@ def add_cuts(ends, boxes, grid, starts, items, heads, links, places):
                     u = (apart_x * ay - apart_y * ax) / determinant
                     if not (-INTERIOR <= t <= 1.0 + INTERIOR and -INTERIOR <= u <= 1.0 + INTERIOR):
                         continue
-                    if not meet_first_in(boxes, a, b, column, row, grid):
+                    if not meet_first_in(spans, a, b, column, row):
                         continue
                     for which in range(2):
                         own, other, place = (a, b, t) if which == 0 else (b, a, u)
@@ -200,29 +204,32 @@ def cuts_between(ends, count, box):
     boxes = np.empty((count, 4))
     segment_boxes(ends, count, boxes)
     grid = grid_over(box, count)
-    starts, items = sort_into_cells(boxes, count, grid)
+    spans, starts, items = sort_into_cells(boxes, count, grid)
     heads, links, places = np.empty(count, np.int32), np.empty((count + 64, 2), np.int32), np.empty(count + 64)
-    total = add_cuts(ends, boxes, grid, starts, items, heads, links, places)
+    total = add_cuts(ends, grid, spans, starts, items, heads, links, places)
     if total > len(links):
         links, places = np.empty((total, 2), np.int32), np.empty(total)
-        add_cuts(ends, boxes, grid, starts, items, heads, links, places)
+        add_cuts(ends, grid, spans, starts, items, heads, links, places)
     return heads, links, places, total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_segments(
     screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
-    grid, starts, items,
+    grid, spans, starts, items,
 ):  # fmt: skip
-    """(ends, codes, count) of all contours, creases and crossings; the grid holds the faces."""
+    """(ends, codes, count) of all contours, creases and crossings, or of contours alone where crease is infinite; the
+    grid holds the faces."""
     room = len(edges) + 64
     ends, codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
     borders = border_segments(
         screen, edges, edge_faces, face_edges, planes, sides, channels, crease, width, height, ends, codes
     )
+    if crease == np.inf:
+        return ends, codes, borders
     while True:
         count = add_crossings(
-            screen, faces, face_edges, lines, planes, sides, boxes, grid, starts, items, ends, codes,
+            screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, ends, codes,
             borders,
         )  # fmt: skip
         if count <= room:

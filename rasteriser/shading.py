@@ -7,7 +7,7 @@ per plane and turned into gradients of vertices and colours once per face.
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import LANES, is_thin, pixels_between
+from rasteriser.coverage import LANES, NOTHING, is_thin, pixels_between
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
@@ -35,44 +35,36 @@ def add_interior(planes, boxes, seen, visible, width, depth, picture):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
-def interior_gradient(planes, boxes, seen, visible, width, depth, to_depth, sums, picture_gradient, plane_gradients):
-    """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to. The scratch is [LANES],
-    [LANES] and [1 + C, 3, LANES]."""
-    channels, height = picture_gradient.shape[0], picture_gradient.shape[1]
-    for f in range(len(seen)):
-        if not seen[f]:
-            continue
-        first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
-        first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
-        sums[:] = 0.0
-        for iy in range(first_y, last_y):
-            y = iy + 0.5
-            row = planes[f, 0, 0] + planes[f, 0, 2] * y
-            slope = planes[f, 0, 1]
-            for start in range(first_x, last_x, LANES):
-                there = visible[iy, start : start + LANES]
-                for lane in range(LANES):
-                    depth[lane] = 1.0 / (row + slope * (start + lane + 0.5)) if there[lane] == f else 0.0
-                    to_depth[lane] = 0.0
+def interior_gradient(planes, box, nearest, visible, picture_gradient, plane_gradients):
+    """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to. Sums along runs of one face first."""
+    channels = picture_gradient.shape[0]
+    left, top, right, bottom = box
+    for iy in range(top, bottom):
+        y, start = iy + 0.5, left
+        while start < right:
+            face, end = visible[iy, start], start + 1
+            while end < right and visible[iy, end] == face:
+                end += 1
+            if face != NOTHING:
+                to_depth, to_depth_x = 0.0, 0.0
                 for c in range(channels):
-                    value, along = planes[f, 1 + c, 0] + planes[f, 1 + c, 2] * y, planes[f, 1 + c, 1]
-                    upstream, total = picture_gradient[c, iy, start : start + LANES], sums[1 + c]
-                    for lane in range(LANES):
-                        x = start + lane + 0.5
-                        to_numerator = upstream[lane] * depth[lane]
-                        to_depth[lane] -= to_numerator * (value + along * x) * depth[lane]
-                        total[0, lane] += to_numerator
-                        total[1, lane] += to_numerator * x
-                        total[2, lane] += to_numerator * y
-                total = sums[0]
-                for lane in range(LANES):
-                    total[0, lane] += to_depth[lane]
-                    total[1, lane] += to_depth[lane] * (start + lane + 0.5)
-                    total[2, lane] += to_depth[lane] * y
-        for channel in range(1 + channels):
-            for k in range(3):
-                for lane in range(LANES):
-                    plane_gradients[f, channel, k] += sums[channel, k, lane]
+                    value, along = planes[face, 1 + c, 0] + planes[face, 1 + c, 2] * y, planes[face, 1 + c, 1]
+                    total, total_x = 0.0, 0.0
+                    for ix in range(start, end):
+                        x, depth = ix + 0.5, 1.0 / nearest[iy, ix]
+                        to_numerator = picture_gradient[c, iy, ix] * depth
+                        total += to_numerator
+                        total_x += to_numerator * x
+                        part = to_numerator * (value + along * x) * depth
+                        to_depth -= part
+                        to_depth_x -= part * x
+                    plane_gradients[face, 1 + c, 0] += total
+                    plane_gradients[face, 1 + c, 1] += total_x
+                    plane_gradients[face, 1 + c, 2] += total * y
+                plane_gradients[face, 0, 0] += to_depth
+                plane_gradients[face, 0, 1] += to_depth_x
+                plane_gradients[face, 0, 2] += to_depth * y
+            start = end
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -120,7 +112,7 @@ def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, scree
                 if channel == 0:
                     screen_gradient[v, 2] += to_value
                     continue
-                c = (channel - 1) % channels
+                c = channel - 1 if channel <= channels else channel - 1 - channels
                 if channel <= channels:
                     colour = (colours[i, c] + colours[j, c] + colours[k, c]) / 3.0 if thin else colours[v, c]
                     screen_gradient[v, 2] += to_value * colour

@@ -111,6 +111,9 @@ class LossConfig:
     """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
     laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
+    crease: float = 0.3
+    """Renderings are exact at edges inside the surface where the colour's change per pixel jumps by this or more (unit:
+    linear intensity per pixel). 0 means all; a large number leaves contours and lines where faces interpenetrate."""
 
 
 @dataclass(frozen=True)

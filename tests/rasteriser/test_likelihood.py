@@ -32,8 +32,9 @@ def test_fused_kernels_agree_with_the_reference(block: int) -> None:
         assert again[0] == pytest.approx(value, rel=1e-5), seed
         for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
             tolerance = 1e-5 * max(1.0, np.abs(expected).max())
-            found, expected = scene.together(found), scene.together(expected)
-            np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=f"seed {seed}")
+            np.testing.assert_allclose(
+                scene.together(found), scene.together(expected), atol=tolerance, err_msg=f"seed {seed}"
+            )
 
 
 def test_gradient_of_a_picture_agrees_with_the_reference() -> None:

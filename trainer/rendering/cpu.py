@@ -10,6 +10,7 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 from rasteriser import likelihood
+from rasteriser.likelihood import CREASE
 from rasteriser.topology import Topology, build_topology
 
 # A hypothesis whose share of the largest gradient is below this gets none: its picture is not drawn again.
@@ -30,80 +31,79 @@ def _owned(array: npt.NDArray[np.float32]) -> Tensor:
 
 class _LogLikelihood(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, screen: Tensor, colours: Tensor, pictures: Tensor, topology: Topology) -> Tensor:
+    def forward(
+        ctx: Any, screen: Tensor, colours: Tensor, pictures: Tensor, topology: Topology, crease: float, binarise: float
+    ) -> Tensor:
         ctx.save_for_backward(screen, colours, pictures)
-        ctx.topology = topology
-        count, bins, vertices, _ = screen.shape
+        ctx.topology, ctx.options = topology, (crease, binarise)
         values = likelihood.log_likelihood(
-            screen.detach().reshape(count * bins, vertices, 3).numpy(),
-            colours.detach().reshape(count * bins, vertices, -1).numpy(),
-            topology,
-            pictures.detach().numpy(),
+            *_flat(screen, colours), topology, pictures.detach().numpy(), crease, binarise
         )
-        return torch.as_tensor(values.reshape(count, bins), dtype=screen.dtype)
+        return torch.as_tensor(values.reshape(screen.shape[:2]), dtype=screen.dtype)
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None]:
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
         screen, colours, pictures = ctx.saved_tensors
-        count, bins, vertices, _ = screen.shape
         scales = upstream.double().numpy().reshape(-1).copy()
         scales[np.abs(scales) < NEGLIGIBLE_WEIGHT * np.abs(scales).max(initial=0.0)] = 0.0
         _, gradients = likelihood.log_likelihood_gradient(
-            screen.reshape(count * bins, vertices, 3).numpy(),
-            colours.reshape(count * bins, vertices, -1).numpy(),
-            ctx.topology,
-            pictures.numpy(),
-            scales,
+            *_flat(screen, colours), ctx.topology, pictures.numpy(), scales, *ctx.options
         )
         to_screen = _owned(gradients.screen).reshape(screen.shape)
-        return to_screen, _owned(gradients.colours).reshape(colours.shape), None, None
+        return to_screen, _owned(gradients.colours).reshape(colours.shape), None, None, None, None
 
 
 class _ExpectedLogLikelihood(torch.autograd.Function):
     @staticmethod
     def forward(
-        ctx: Any, screen: Tensor, colours: Tensor, pictures: Tensor, weights: Tensor, topology: Topology
+        ctx: Any,
+        screen: Tensor,
+        colours: Tensor,
+        pictures: Tensor,
+        weights: Tensor,
+        topology: Topology,
+        crease: float,
+        binarise: float,
     ) -> Tensor:
-        count, bins, vertices, _ = screen.shape
         scales = weights.detach().double().reshape(-1).numpy()
         scales = np.where(scales < NEGLIGIBLE_RESPONSIBILITY, 0.0, scales)
         values, gradients = likelihood.log_likelihood_gradient(
-            screen.detach().reshape(count * bins, vertices, 3).numpy(),
-            colours.detach().reshape(count * bins, vertices, -1).numpy(),
-            topology,
-            pictures.detach().numpy(),
-            scales,
+            *_flat(screen, colours), topology, pictures.detach().numpy(), scales, crease, binarise
         )
         ctx.save_for_backward(
             _owned(gradients.screen).reshape(screen.shape),
             _owned(gradients.colours).reshape(colours.shape),
         )
-        return torch.as_tensor((values * scales).reshape(count, bins).sum(1), dtype=screen.dtype)
+        return torch.as_tensor((values * scales).reshape(screen.shape[:2]).sum(1), dtype=screen.dtype)
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None, None]:
         to_screen, to_colours = ctx.saved_tensors
         scale = upstream[:, None, None, None]
-        return to_screen * scale, to_colours * scale, None, None, None
+        return to_screen * scale, to_colours * scale, None, None, None, None, None
 
 
 class _Draw(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, screen: Tensor, colours: Tensor, topology: Topology, width: int, height: int) -> Tensor:
+    def forward(
+        ctx: Any, screen: Tensor, colours: Tensor, topology: Topology, width: int, height: int, crease: float
+    ) -> Tensor:
         ctx.save_for_backward(screen, colours)
-        ctx.topology = topology
+        ctx.topology, ctx.crease = topology, crease
         return torch.from_numpy(
-            likelihood.draw(screen.detach().numpy(), colours.detach().numpy(), topology, width, height)
+            likelihood.draw(screen.detach().numpy(), colours.detach().numpy(), topology, width, height, crease)
         )
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None]:
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
         screen, colours = ctx.saved_tensors
-        gradients = likelihood.draw_gradient(screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy())
-        return _owned(gradients.screen), _owned(gradients.colours), None, None, None
+        gradients = likelihood.draw_gradient(
+            screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy(), ctx.crease
+        )
+        return _owned(gradients.screen), _owned(gradients.colours), None, None, None, None
 
 
 def log_likelihood(
@@ -111,14 +111,17 @@ def log_likelihood(
     colours: Float[Tensor, "B R V C"],
     pictures: Float[Tensor, "B C H W"],
     topology: Topology,
+    crease: float = CREASE,
+    binarise: float = 0.0,
 ) -> Float[Tensor, "B R"]:
     """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
 
     Differentiable in `screen` (x, y, inverse depth) and `colours`. The backward pass draws again only those hypotheses
-    whose incoming gradient is not negligible (below 1e-4 of the largest).
+    whose incoming gradient is not negligible (below 1e-4 of the largest). Options are those of
+    `rasteriser.likelihood.log_likelihood`.
     """
     _check_finite(screen, colours)
-    values: Tensor = _LogLikelihood.apply(screen, colours, pictures, topology)
+    values: Tensor = _LogLikelihood.apply(screen, colours, pictures, topology, crease, binarise)
     return values
 
 
@@ -128,6 +131,8 @@ def expected_log_likelihood(
     pictures: Float[Tensor, "B C H W"],
     weights: Float[Tensor, "B R"],
     topology: Topology,
+    crease: float = CREASE,
+    binarise: float = 0.0,
 ) -> Float[Tensor, "B"]:
     """Σ_r w_r log P(x | z, r) for weights that are known beforehand and take no gradient.
 
@@ -135,17 +140,26 @@ def expected_log_likelihood(
     at all: of the twelve poses of a picture, one to three matter.
     """
     _check_finite(screen, colours)
-    values: Tensor = _ExpectedLogLikelihood.apply(screen, colours, pictures, weights, topology)
+    values: Tensor = _ExpectedLogLikelihood.apply(screen, colours, pictures, weights, topology, crease, binarise)
     return values
 
 
 def draw(
-    screen: Float[Tensor, "N V 3"], colours: Float[Tensor, "N V C"], topology: Topology, width: int, height: int
+    screen: Float[Tensor, "N V 3"],
+    colours: Float[Tensor, "N V C"],
+    topology: Topology,
+    width: int,
+    height: int,
+    crease: float = CREASE,
 ) -> Float[Tensor, "N C H W"]:
     """Antialiased pictures on black, differentiable in `screen` and `colours`."""
     _check_finite(screen, colours)
-    pictures: Tensor = _Draw.apply(screen, colours, topology, width, height)
+    pictures: Tensor = _Draw.apply(screen, colours, topology, width, height, crease)
     return pictures
+
+
+def _flat(screen: Tensor, colours: Tensor) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    return screen.detach().flatten(0, 1).numpy(), colours.detach().flatten(0, 1).numpy()
 
 
 def _check_finite(screen: Tensor, colours: Tensor) -> None:

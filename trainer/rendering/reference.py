@@ -4,7 +4,6 @@ It computes exactly the picture that `docs/renderer.md` defines. What is a decis
 lines bound what is seen, where they cross) is taken on detached numbers; what is a number is differentiable torch.
 """
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ INTERIOR = 1e-9
 PARALLEL = 1e-6
 SAME_DEPTH = 1e-9
 SHORTEST = 1e-6
-THIN = 1e-2
+THIN = 2e-2
 CREASE = 0.0
 
 
@@ -63,7 +62,8 @@ def draw(
 ) -> Float[Tensor, "C H W"]:
     """The antialiased picture of one mesh on black; differentiable in `screen` (x, y, inverse depth) and `colours`.
 
-    Edges at which the colour's change per pixel jumps by more than `crease` are antialiased too, not contours alone.
+    Edges at which the colour's change per pixel jumps by `crease` or more are antialiased too, and where faces
+    interpenetrate; if it is infinite, contours alone.
     """
     fixed, corners = screen.detach().double().cpu().numpy(), faces.cpu().numpy()
     thin = torch.as_tensor(_thickness(fixed, corners) < THIN)
@@ -89,8 +89,15 @@ def draw(
     return picture.permute(2, 0, 1)
 
 
-def log_likelihood(picture: Float[Tensor, "C H W"], target: Float[Tensor, "C H W"]) -> Float[Tensor, ""]:
-    """Eqs. 1, 2 and 4 with ε = 1 and without constants: -1/2 Σ_l 4^l |K_l (I_0 - x)|²."""
+def log_likelihood(
+    picture: Float[Tensor, "C H W"], target: Float[Tensor, "C H W"], binarise: float = 0.0
+) -> Float[Tensor, ""]:
+    """Eqs. 1, 2 and 4 with ε = 1 and without constants: -1/2 Σ_l 4^l |K_l (I_0 - x)|².
+
+    Where `binarise` is positive, it is the η of the silhouette loss (section 5.3): pixels p become p / (p + η) first.
+    """
+    if binarise > 0:
+        picture, target = (pixels / (pixels + binarise) for pixels in (picture.clamp(min=0), target))
     level, total, weight = picture - target, picture.new_zeros(()), 1.0
     while True:
         total = total - 0.5 * weight * level.square().sum()
@@ -134,7 +141,11 @@ def _thickness(fixed: np.ndarray, corners: np.ndarray) -> Float[np.ndarray, "F"]
 
 def _sides(face: np.ndarray) -> list[tuple[int, int, int]]:
     """The edges of a face, the smaller index first, and the corner opposite each."""
-    return [(*sorted((int(face[(c + 1) % 3]), int(face[(c + 2) % 3]))), int(face[c])) for c in range(3)]
+    sides = []
+    for c in range(3):
+        i, j = int(face[(c + 1) % 3]), int(face[(c + 2) % 3])
+        sides.append((min(i, j), max(i, j), int(face[c])))
+    return sides
 
 
 def _nearest_faces(fixed: np.ndarray, corners: np.ndarray, points: np.ndarray) -> Int64[np.ndarray, "P"]:
@@ -179,11 +190,11 @@ def _edges(fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, crease: f
         for group in [members] if len(members) < 3 else [[member] for member in members]:
             drawn = [one for one in group if _is_drawn(fixed, corners[one[0]])]
             sides = {bool(_side(fixed[i], fixed[j], fixed[opposite])) for _, opposite in drawn}
-            bend = 0.0
+            bend = -1.0
             if len(sides) == 2:
                 first, second = (linear[index, 1:] for index, _ in drawn)
                 bend = np.hypot(*(first - second)).max(initial=0.0)
-            if len(sides) == 1 or bend > crease:
+            if len(sides) == 1 or bend >= crease:
                 faces = tuple(index for index, _ in drawn)
                 segments.append(Segment(Line("edge", i, j), fixed[i, :2], fixed[j, :2], i, j, faces))
     return segments
@@ -192,7 +203,9 @@ def _edges(fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, crease: f
 def _crossings(fixed: np.ndarray, corners: np.ndarray) -> list[Segment]:
     """Where faces that share no edge interpenetrate."""
     drawn = np.array([_is_drawn(fixed, face) for face in corners], bool)
-    planes = np.stack([_depth_plane(fixed, face) if ok else np.zeros(3) for ok, face in zip(drawn, corners, strict=True)])
+    planes = np.stack(
+        [_depth_plane(fixed, face) if ok else np.zeros(3) for ok, face in zip(drawn, corners, strict=True)]
+    )
     above = fixed[:, 2] - planes @ np.stack((np.ones(len(fixed)), fixed[:, 0], fixed[:, 1]))
     at_corners, margin = above[:, corners], SAME_DEPTH * fixed[:, 2].max()
     pierced = (at_corners.min(2) < -margin) & (at_corners.max(2) > margin)
@@ -249,7 +262,7 @@ def _pieces(
 ) -> list[Piece]:
     segments = [
         segment
-        for segment in _edges(fixed, linear, corners, crease) + _crossings(fixed, corners)
+        for segment in _edges(fixed, linear, corners, crease) + (_crossings(fixed, corners) if crease < np.inf else [])
         if (segment.start != segment.end).any()
     ]
     starts = np.array([segment.start for segment in segments]).reshape(-1, 2)
@@ -257,18 +270,20 @@ def _pieces(
     candidates, beside = [], []
     for index, segment in enumerate(segments):
         along = spans[index]
-        for (t0, cut0), (t1, cut1) in pairwise(_cuts(index, segments, starts, spans, width, height)):
-            x, y = middle = segment.start + 0.5 * (t0 + t1) * along
-            if t0 < t1 and 0 <= x < width and 0 <= y < height:
-                # A step away from the centre, along the normal.
-                step = ASIDE / np.hypot(*along) * np.array([-along[1], along[0]])
-                if step @ (np.floor(middle) + 0.5 - middle) > 0:
-                    step = -step
-                beside += [middle - step, middle + step]
-                candidates.append(((int(x), int(y)), segment, (cut0, cut1)))
+        places, lines = zip(*_cuts(index, segments, starts, spans, width, height), strict=True)
+        t = np.array(places)
+        middles = segment.start + 0.5 * (t[:-1] + t[1:])[:, None] * along
+        # Steps away from the pixels' centres, along the normal.
+        steps = np.full_like(middles, ASIDE / np.hypot(*along)) * (-along[1], along[0])
+        steps[((np.floor(middles) + 0.5 - middles) * steps).sum(1) > 0] *= -1
+        inside = (t[:-1] < t[1:]) & (middles >= 0).all(1) & (middles < (width, height)).all(1)
+        beside.append(np.stack((middles - steps, middles + steps), 1)[inside])
+        for n in np.flatnonzero(inside).tolist():
+            pixel = int(middles[n, 0]), int(middles[n, 1])
+            candidates.append((pixel, segment, (lines[n], lines[n + 1])))
     if not candidates:
         return []
-    seen = _nearest_faces(fixed, corners, np.stack(beside)).reshape(-1, 2)
+    seen = _nearest_faces(fixed, corners, np.concatenate(beside).reshape(-1, 2)).reshape(-1, 2)
     return [
         Piece(segment.line, ends, pixel, int(here), int(beyond))
         for (pixel, segment, ends), (here, beyond) in zip(candidates, seen, strict=True)
@@ -323,7 +338,10 @@ def _coefficients(screen: Tensor, planes: Planes, lines: list[Line]) -> Float[Te
     result = screen.new_zeros(len(lines), 3)
     for kind in ("edge", "crossing", "column", "row"):
         at = torch.tensor([n for n, line in enumerate(lines) if line.kind == kind], dtype=torch.int64)
-        first, second = (torch.tensor([getattr(lines[n], name) for n in at.tolist()], dtype=torch.int64) for name in ("first", "second"))
+        first, second = (
+            torch.tensor([getattr(lines[n], name) for n in at.tolist()], dtype=torch.int64)
+            for name in ("first", "second")
+        )
         match kind:
             case "edge":
                 found = torch.linalg.cross(points[first], points[second])

@@ -1,5 +1,6 @@
 """One step's forward pass: pictures → posterior → shapes → every coarse bin's likelihood → loss."""
 
+import math
 from typing import NamedTuple
 
 import torch
@@ -12,7 +13,7 @@ from trainer.geometry.normals import vertex_normals
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, bin_centres
 from trainer.model.vae import Model, sample_normal
-from trainer.rendering import cpu
+from trainer.rendering import renderer
 from trainer.rendering.camera import project
 from trainer.rendering.lighting import shade
 
@@ -47,7 +48,7 @@ def forward(
 
     The paper's objective weighs the coarse bins by the encoder's ρ (Eq. loss). The exact one finds their posterior
     first, at the bins' centres: were the fine angle free there, a bin and its neighbour could explain a picture alike,
-    and the encoder would never learn the fine angle.
+    and the encoder would never learn the fine angle. Which bin it is shows in contours alone.
     """
     posterior = encode_mixed(model, images, convolutions)
     shape_code = sample_normal(posterior.shape_mean, posterior.shape_deviation, generator)
@@ -60,15 +61,18 @@ def forward(
     elif config.objective == "exact":
         with torch.no_grad():
             centred = bin_views(model, scene, vertices, torch.zeros_like(azimuth_fine))
-            log_likelihood = cpu.log_likelihood(*centred, images, geometry.topology)
+            log_likelihood = renderer.log_likelihood(*centred, images, geometry.topology, crease=math.inf)
         log_prior = weights.encoder_prior * posterior.azimuth_logits.detach().log_softmax(1)
         evidence = log_likelihood / weights.temperature + log_prior
         responsibility = balanced_posterior(evidence, config.sinkhorn_iterations)
     if responsibility is not None:
-        expected = cpu.expected_log_likelihood(*views, images, responsibility, geometry.topology)
+        expected = renderer.expected_log_likelihood(
+            *views, images, responsibility, geometry.topology, crease=config.crease
+        )
     else:
         rho = posterior.azimuth_logits.softmax(1)
-        expected = (cpu.log_likelihood(*views, images, geometry.topology) * rho).sum(1)
+        values = renderer.log_likelihood(*views, images, geometry.topology, crease=config.crease)
+        expected = (values * rho).sum(1)
     displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
     terms = training_loss(weights, expected, posterior, displaced, responsibility)
     return StepResult(terms, posterior, expected)
