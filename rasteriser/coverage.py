@@ -51,14 +51,17 @@ def is_thin(x1, y1, x2, y2):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes):
+def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes):
     """What is known of a face before any pixel is visited.
 
     planes [F, 1 + 2C, 3]: inverse depth w, then w · colour for each channel, then the colour itself, as if it were
     linear on the screen. sides [F, 3]: on which side of each edge the face lies (+1 or -1, all 0 for a face without
-    area). boxes [F, 6]: least and greatest x, y and w; least above greatest for a face without area.
+    area). edge_sides [E, 2]: the same, seen from the edge. boxes [F, 6]: least and greatest x, y and w; least
+    above greatest for a face without area.
     """
     channels = colours.shape[1]
+    for e in range(edge_sides.shape[0]):
+        edge_sides[e, 0] = edge_sides[e, 1] = 0
     for f in range(faces.shape[0]):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         x0, y0, w0 = np.float64(screen[i, 0]), np.float64(screen[i, 1]), np.float64(screen[i, 2])
@@ -75,8 +78,10 @@ def set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes
         boxes[f, 4], boxes[f, 5] = min(w0, w1, w2), max(w0, w1, w2)
         for corner in range(3):
             v = faces[f, corner]
-            beyond = line_value(lines, face_edges[f, corner], np.float64(screen[v, 0]), np.float64(screen[v, 1]))
+            edge = face_edges[f, corner]
+            beyond = line_value(lines, edge, np.float64(screen[v, 0]), np.float64(screen[v, 1]))
             sides[f, corner] = 1 if beyond >= 0 else -1
+            edge_sides[edge, 0 if edge_faces[edge, 0] == f else 1] = sides[f, corner]
         thin, inverse_area = is_thin(x1, y1, x2, y2), 1.0 / area
         for channel in range(1 + 2 * channels):
             a0, a1, a2 = w0, w1, w2

@@ -82,6 +82,7 @@ def nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, s
     column, row = min(max(int((x - left) / size), 0), columns - 1), min(max(int((y - top) / size), 0), rows - 1)
     cell = row * columns + column
     behind, ahead, depth_behind, depth_ahead = NOTHING, NOTHING, 0.0, 0.0
+    # Without branches: nobody could predict them.
     for k in range(starts[cell], starts[cell + 1]):
         f = items[k]
         covers_behind = covers_ahead = True
@@ -90,14 +91,9 @@ def nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, s
             here, step = line_value(lines, edge, x, y), lines[edge, 0] * step_x + lines[edge, 1] * step_y
             covers_behind &= (here - step >= 0) == side
             covers_ahead &= (here + step >= 0) == side
-            if not (covers_behind | covers_ahead):
-                break
-        if covers_behind:
-            depth = plane_value(planes, f, 0, x - step_x, y - step_y)
-            if depth > depth_behind * TIE:
-                depth_behind, behind = depth, f
-        if covers_ahead:
-            depth = plane_value(planes, f, 0, x + step_x, y + step_y)
-            if depth > depth_ahead * TIE:
-                depth_ahead, ahead = depth, f
+        depth, step = plane_value(planes, f, 0, x, y), planes[f, 0, 1] * step_x + planes[f, 0, 2] * step_y
+        covers_behind &= depth - step > depth_behind * TIE
+        covers_ahead &= depth + step > depth_ahead * TIE
+        behind, depth_behind = (f, depth - step) if covers_behind else (behind, depth_behind)
+        ahead, depth_ahead = (f, depth + step) if covers_ahead else (ahead, depth_ahead)
     return behind, ahead

@@ -44,12 +44,13 @@ class Gradients(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _workspace(vertex_count, topology, channels, width, height):
-    """Scratch memory of one thread: what is known of a mesh's edges, faces and pixels (7 arrays), gradients (3), lanes (1)."""
+    """Scratch memory of one thread: what is known of edges, faces and pixels (8 arrays), gradients (3), lanes."""
     face_count, edge_count = len(topology[0]), len(topology[1])
     return (
         np.empty((edge_count, 3)),
         np.empty((face_count, 1 + 2 * channels, 3)),
         np.empty((face_count, 3), np.int8),
+        np.empty((edge_count, 2), np.int8),
         np.empty((face_count, 6)),
         np.empty((height, width + LANES)),
         np.empty((height, width + LANES), np.int32),
@@ -68,18 +69,18 @@ def _draw(screen, colours, topology, crease, workspace, box, width, picture):
     Returns the pieces of contour, crease and crossing, for `_draw_gradient`.
     """
     faces, edges, edge_faces, face_edges = topology
-    lines, planes, sides, boxes, nearest, visible, seen = workspace[:7]
+    lines, planes, sides, edge_sides, boxes, nearest, visible, seen = workspace[:8]
     channels, height = picture.shape[0], picture.shape[1]
     set_up_edges(screen, edges, lines)
-    set_up_faces(screen, colours, faces, face_edges, lines, planes, sides, boxes)
+    set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes)
     rasterise(face_edges, lines, planes, sides, boxes, box, width, nearest, visible, seen)
-    add_interior(planes, boxes, seen, visible, width, workspace[10], picture)
+    add_interior(planes, boxes, seen, visible, width, workspace[11], picture)
 
     grid = grid_over(box, len(faces))
     spans, starts, items = sort_into_cells(boxes, len(faces), grid)
     ends, segment_codes, count = find_segments(
-        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
-        grid, spans, starts, items,
+        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
+        width, height, grid, spans, starts, items,
     )  # fmt: skip
     heads, links, link_places, link_count = cuts_between(ends, count, box)
     points, codes, found = find_pieces(
@@ -94,7 +95,8 @@ def _draw(screen, colours, topology, crease, workspace, box, width, picture):
 def _draw_gradient(screen, colours, topology, workspace, pieces, box, picture_gradient):
     """Adjoint of `_draw`, right after it; leaves the gradients of vertices and colours in the workspace."""
     faces, edges = topology[0], topology[1]
-    lines, planes, sides, boxes, nearest, visible, _, plane_gradients, screen_gradient, colour_gradient = workspace[:10]
+    lines, planes, sides, _, boxes, nearest, visible = workspace[:7]
+    plane_gradients, screen_gradient, colour_gradient = workspace[8:11]
     segment_codes, points, codes, found = pieces
     plane_gradients[:] = 0.0
     screen_gradient[:] = 0.0
@@ -141,8 +143,8 @@ def _log_likelihood_and_gradient(
     channels, height, width = len(target), table[0, 0], table[0, 1]
     box = bounding_box(screen, width, height)
     if box[2] <= box[0] or box[3] <= box[1]:
-        workspace[8][:] = 0.0
         workspace[9][:] = 0.0
+        workspace[10][:] = 0.0
         return -0.5 * total
     start, stride = table[0, 3], table[0, 2]
     if len(table) > 2:
@@ -203,8 +205,8 @@ def _log_likelihood_gradients(
                 workspace, scratch, scales[n],
             )  # fmt: skip
             if scales[n] != 0.0:
-                screen_out[n] = workspace[8]
-                colours_out[n] = workspace[9]
+                screen_out[n] = workspace[9]
+                colours_out[n] = workspace[10]
 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
@@ -231,8 +233,8 @@ def _picture_gradients(threads, screen, colours, topology, crease, width, upstre
             pieces = _draw(screen[n], colours[n], topology, crease, workspace, box, width, picture)
             picture[:, :, :width] = upstream[n]
             _draw_gradient(screen[n], colours[n], topology, workspace, pieces, box, picture)
-            screen_out[n] = workspace[8]
-            colours_out[n] = workspace[9]
+            screen_out[n] = workspace[9]
+            colours_out[n] = workspace[10]
 
 
 def draw(

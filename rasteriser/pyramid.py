@@ -81,7 +81,7 @@ def clear_below(levels, base, table, level, above):
         levels[start + left : start + right] = 0.0
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
 def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half):
     """coarse = every second pixel of fine * k_G inside the box `above`; half [>= COLUMNS] is scratch."""
     rows, columns, stride = table[level, ROWS], table[level, COLUMNS], table[level, STRIDE]
@@ -116,7 +116,7 @@ def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half
                 out[i] = CENTRE * half[2 * i] + NEXT * near + OUTER * far
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
 def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above, half):
     """fine += adjoint of `reduce_level` applied to coarse, inside `box`; half is scratch of the coarse level's rows,
     each as long as the fine level's."""
@@ -169,7 +169,7 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
                         out[i] += weight * row[i]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
 def subtract_target(levels, base, target, target_base, stride, box):
     """levels -= target inside a box; returns the sums of squares of (the difference, the target) there."""
     left, top, right, bottom = box
@@ -187,13 +187,25 @@ def subtract_target(levels, base, target, target_base, stride, box):
     return total, known
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", _nrt=False)
+@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
 def scale_box(levels, base, stride, box, factor):
     left, top, right, bottom = box
     for row in range(top, bottom):
         mine = levels[base + row * stride :]
         for i in range(left, right):
             mine[i] *= factor
+
+
+@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
+def sum_of_squares(levels, table, level):
+    total = 0.0
+    for row in range(table[level, ROWS]):
+        mine = levels[table[level, START] + row * table[level, STRIDE] :]
+        squares = np.float32(0.0)
+        for i in range(table[level, COLUMNS]):
+            squares += mine[i] * mine[i]
+        total += squares
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -210,10 +222,7 @@ def picture_pyramid(picture, table, levels, half):
         if level > 0:
             above = (0, 0, table[level, COLUMNS], table[level, ROWS])
             reduce_level(levels, table[level - 1, START], levels, table[level, START], table, level - 1, above, half)
-        for row in range(table[level, ROWS]):
-            start = table[level, START] + row * table[level, STRIDE]
-            for i in range(start, start + table[level, COLUMNS]):
-                total += weight * np.float64(levels[i]) * np.float64(levels[i])
+        total += weight * sum_of_squares(levels, table, level)
         weight *= 4.0
     return total
 

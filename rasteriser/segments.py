@@ -24,40 +24,31 @@ PARALLEL = 1e-6
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
-def is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
+def is_border(edge, edge_faces, planes, edge_sides, channels, crease):
     """Whether an edge is a contour, its surface on one side of it only, or a crease, where the colour's change per
     pixel jumps by `crease` or more."""
-    found, crosses = 0, False
-    for slot in range(2):
-        face = edge_faces[edge, slot]
-        if face >= 0:
-            for corner in range(3):
-                if face_edges[face, corner] == edge and sides[face, corner] != 0:
-                    crosses |= found == -sides[face, corner]
-                    found = sides[face, corner]
-    if crosses:
+    bend = -1.0
+    if edge_sides[edge, 0] * edge_sides[edge, 1] < 0 and crease < np.inf:
         f, g = edge_faces[edge, 0], edge_faces[edge, 1]
         for channel in range(1 + channels, 1 + 2 * channels):
             bend_x, bend_y = (
                 planes[f, channel, 1] - planes[g, channel, 1],
                 planes[f, channel, 2] - planes[g, channel, 2],
             )
-            if bend_x * bend_x + bend_y * bend_y >= crease * crease:
-                return True
-        return False
-    return found != 0
+            bend = max(bend, bend_x * bend_x + bend_y * bend_y)
+    return (edge_sides[edge, 0] + edge_sides[edge, 1] != 0) | (bend >= crease * crease)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def border_segments(screen, edges, edge_faces, face_edges, planes, sides, channels, crease, width, height, ends, codes):
+def border_segments(screen, edges, edge_faces, planes, edge_sides, channels, crease, width, height, ends, codes):
     """Writes the contours and creases that touch the picture; returns how many."""
     count = 0
     for edge in range(edges.shape[0]):
         i, j = edges[edge, 0], edges[edge, 1]
         x0, y0, x1, y1 = screen[i, 0], screen[i, 1], screen[j, 0], screen[j, 1]
-        if max(x0, x1) < 0 or min(x0, x1) > width or max(y0, y1) < 0 or min(y0, y1) > height:
-            continue
-        if (x0 != x1 or y0 != y1) and is_border(edge, edge_faces, face_edges, planes, sides, channels, crease):
+        outside = (max(x0, x1) < 0) | (min(x0, x1) > width) | (max(y0, y1) < 0) | (min(y0, y1) > height)
+        empty = (x0 == x1) & (y0 == y1)
+        if is_border(edge, edge_faces, planes, edge_sides, channels, crease) & (not (outside | empty)):
             ends[count, 0], ends[count, 1], ends[count, 2], ends[count, 3] = x0, y0, x1, y1
             codes[count, 0], codes[count, 1], codes[count, 2] = edge, edge_faces[edge, 0], edge_faces[edge, 1]
             count += 1
@@ -119,7 +110,7 @@ def crossing_of(face_edges, lines, planes, sides, f, g):
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def add_crossings(
-    screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, ends, codes, count
+    screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, candidates, ends, codes, count
 ):
     """Appends the lines where faces that share no edge interpenetrate; the grid holds the faces. Returns how many
     segments there are then; those for which there is no room are only counted."""
@@ -130,17 +121,22 @@ def add_crossings(
         for column in range(columns):
             cell = row * columns + column
             for k in range(starts[cell], starts[cell + 1]):
-                f = items[k]
+                f, near_count = items[k], 0
+                # Without branches: nobody could predict them.
                 for m in range(k + 1, starts[cell + 1]):
                     g = items[m]
                     near = (boxes[f, 4] <= boxes[g, 5]) & (boxes[g, 4] <= boxes[f, 5])
                     near &= (boxes[f, 0] <= boxes[g, 1]) & (boxes[g, 0] <= boxes[f, 1])
                     near &= (boxes[f, 2] <= boxes[g, 3]) & (boxes[g, 2] <= boxes[f, 3])
-                    if not (near & meet_first_in(spans, f, g, column, row)):
-                        continue
-                    if not pierces(screen, faces, planes, f, g, margin):
-                        continue
-                    if not pierces(screen, faces, planes, g, f, margin) or shared_corners(faces, f, g) > 1:
+                    near &= meet_first_in(spans, f, g, column, row)
+                    candidates[near_count] = g
+                    near_count += near
+                for m in range(near_count):
+                    g = candidates[m]
+                    crossed = pierces(screen, faces, planes, f, g, margin) & pierces(
+                        screen, faces, planes, g, f, margin
+                    )
+                    if not crossed or shared_corners(faces, f, g) > 1:
                         continue
                     x0, y0, x1, y1, start, end, length = crossing_of(face_edges, lines, planes, sides, f, g)
                     if length > SHORTEST:
@@ -215,22 +211,23 @@ def cuts_between(ends, count, box):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_segments(
-    screen, faces, edges, edge_faces, face_edges, lines, planes, sides, boxes, channels, crease, width, height,
-    grid, spans, starts, items,
+    screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
+    width, height, grid, spans, starts, items,
 ):  # fmt: skip
     """(ends, codes, count) of all contours, creases and crossings, or of contours alone where crease is infinite; the
     grid holds the faces."""
     room = len(edges) + 64
     ends, codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
     borders = border_segments(
-        screen, edges, edge_faces, face_edges, planes, sides, channels, crease, width, height, ends, codes
+        screen, edges, edge_faces, planes, edge_sides, channels, crease, width, height, ends, codes
     )
     if crease == np.inf:
         return ends, codes, borders
+    candidates = np.empty(len(faces), np.int32)
     while True:
         count = add_crossings(
-            screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, ends, codes,
-            borders,
+            screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, candidates,
+            ends, codes, borders,
         )  # fmt: skip
         if count <= room:
             return ends, codes, count
