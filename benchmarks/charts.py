@@ -14,7 +14,7 @@ from matplotlib.axis import Axis
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
 
 Report = dict[str, Any]
-OURS, PEERS = ("#0b6e4f", "#2a9d8f", "#7a3e9d", "#b58fc9"), ("#c1121f", "#e76f51", "#f4a261", "#8d99ae")
+OURS, PEERS = ("#0b6e4f", "#2a9d8f", "#7a3e9d", "#b58fc9", "#4c6ef5"), ("#c1121f", "#e76f51", "#f4a261", "#8d99ae")
 KERNELS, FUSED, COMPOSED = "chiaro kernels", "chiaro fused likelihood", "chiaro composed likelihood"
 
 

@@ -1,5 +1,9 @@
-"""Our own contenders: the kernels, the kernels under torch's autograd, the fused likelihood, and its parts in torch."""
+"""Our own contenders: the kernels, the kernels under torch's autograd, the fused likelihood, and its parts in torch.
 
+They antialias contours alone, as the peers do; one more contender is exact at every border.
+"""
+
+import math
 from collections.abc import Callable
 
 import numba
@@ -12,23 +16,27 @@ from benchmarks.scene import Scene
 from rasteriser import likelihood
 from trainer.rendering import cpu
 
+CONTOURS_ALONE = math.inf
+EXACT = 0.0
+
 
 def use_cores(cores: int) -> None:
     numba.set_num_threads(cores)
     torch.set_num_threads(cores)
 
 
-def kernels(scene: Scene) -> Renderer:
+def kernels(scene: Scene, crease: float = CONTOURS_ALONE) -> Renderer:
     """The numba kernels on numpy arrays."""
+    mesh = scene.screen, scene.colours, scene.topology
 
     def forward() -> FloatArray:
-        return likelihood.draw(scene.screen, scene.colours, scene.topology, scene.width, scene.height)
+        return likelihood.draw(*mesh, scene.width, scene.height, crease)
 
     def step() -> Gradients:
-        residual = likelihood.draw(scene.screen, scene.colours, scene.topology, scene.width, scene.height)
+        residual = likelihood.draw(*mesh, scene.width, scene.height, crease)
         residual -= scene.targets
         residual *= 2.0
-        return Gradients(*likelihood.draw_gradient(scene.screen, scene.colours, scene.topology, residual))
+        return Gradients(*likelihood.draw_gradient(*mesh, residual, crease))
 
     return Renderer(forward, step)
 
@@ -44,15 +52,13 @@ def autograd(scene: Scene) -> Renderer:
 
 def fused(scene: Scene) -> Renderer:
     """Log-likelihood with its pyramid and gradients in one kernel; no picture reaches main memory."""
-    scales = np.ones(scene.count)
+    mesh, scales = (scene.screen, scene.colours, scene.topology), np.ones(scene.count)
 
     def forward() -> FloatArray:
-        return likelihood.log_likelihood(scene.screen, scene.colours, scene.topology, scene.targets)
+        return likelihood.log_likelihood(*mesh, scene.targets, CONTOURS_ALONE)
 
     def step() -> Gradients:
-        _, gradients = likelihood.log_likelihood_gradient(
-            scene.screen, scene.colours, scene.topology, scene.targets, scales
-        )
+        _, gradients = likelihood.log_likelihood_gradient(*mesh, scene.targets, scales, CONTOURS_ALONE)
         return Gradients(*gradients)
 
     return Renderer(forward, step)
@@ -101,7 +107,7 @@ def _through_torch(
     targets = torch.from_numpy(scene.targets)
 
     def draw(screen: Tensor, colours: Tensor) -> Tensor:
-        return cpu.draw(screen, colours, scene.topology, scene.width, scene.height)
+        return cpu.draw(screen, colours, scene.topology, scene.width, scene.height, CONTOURS_ALONE)
 
     def forward() -> FloatArray:
         with torch.no_grad():
@@ -120,6 +126,13 @@ KERNELS = Contender(
     name="chiaro kernels",
     what="numba kernels on numpy arrays; the loss in numpy",
     prepare=kernels,
+    use_cores=use_cores,
+    ours=True,
+)
+EXACT_KERNELS = Contender(
+    name="chiaro kernels, exact",
+    what="the same, antialiased at every visible edge and interpenetration",
+    prepare=lambda scene: kernels(scene, EXACT),
     use_cores=use_cores,
     ours=True,
 )
@@ -146,4 +159,4 @@ COMPOSED = Contender(
     ours=True,
     work="likelihood",
 )
-CONTENDERS = (KERNELS, AUTOGRAD, FUSED, COMPOSED)
+CONTENDERS = (KERNELS, EXACT_KERNELS, AUTOGRAD, FUSED, COMPOSED)

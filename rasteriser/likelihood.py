@@ -5,6 +5,7 @@ draws again whatever it is asked a gradient for, and skips what has a weight of 
 matter is cheaper than to keep the pictures of all.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -173,37 +174,31 @@ def _log_likelihood_and_gradient(
 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _pyramids(threads, pictures, table, levels, totals):
-    channels = pictures.shape[1]
-    for thread in prange(threads):
-        half = np.empty(table[0, 1], np.float32)
-        for n in range(thread, len(pictures), threads):
-            totals[n] = 0.0
-            for c in range(channels):
-                totals[n] += picture_pyramid(pictures[n, c], table, levels[n, c], half)
-
-
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
-    threads, screen, colours, topology, crease, binarise, targets, totals, table, per_picture, wanted, scales,
+    threads, screen, colours, topology, crease, binarise, pictures, table, wanted, scales,
     values_out, screen_out, colours_out,
 ):  # fmt: skip
-    channels, height, width = colours.shape[2], table[0, 0], table[0, 1]
+    channels, height, width = pictures.shape[1:]
+    per_picture, size = len(screen) // len(pictures), table[-1, 3]
     for thread in prange(threads):
         workspace = _workspace(screen.shape[1], topology, channels, width, height)
         scratch = (
-            np.zeros(targets.shape[1:], np.float32),
+            np.zeros((channels, size), np.float32),
             np.empty((height // 2 + 4) * (width + LANES), np.float32),
             np.empty((len(table), 4), np.int64),
             np.empty((channels, height, width) if binarise > 0.0 else (0, 0, 0), np.float32),
         )
-        for i in range(thread, len(wanted), threads):
+        # The hypotheses of a picture stand together: its pyramid is made when the first of them comes.
+        target, total, known = np.empty((channels, size), np.float32), 0.0, -1
+        for i in range(thread * len(wanted) // threads, (thread + 1) * len(wanted) // threads):
             n = wanted[i]
-            picture = n // per_picture
+            if n // per_picture != known:
+                known, total = n // per_picture, 0.0
+                for c in range(channels):
+                    total += picture_pyramid(pictures[known, c], table, target[c], scratch[1])
             values_out[n] = _log_likelihood_and_gradient(
-                screen[n], colours[n], topology, crease, binarise, targets[picture], totals[picture], table,
-                workspace, scratch, scales[n],
-            )  # fmt: skip
+                screen[n], colours[n], topology, crease, binarise, target, total, table, workspace, scratch, scales[n]
+            )
             if scales[n] != 0.0:
                 screen_out[n] = workspace[9]
                 colours_out[n] = workspace[10]
@@ -220,6 +215,21 @@ def _pictures(threads, screen, colours, topology, crease, width, out):
             box = bounding_box(screen[n], width, height)
             _draw(screen[n], colours[n], topology, crease, workspace, box, width, picture)
             out[n] = picture[:, :, :width]
+
+
+@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+def _pictures_of_each(screen, colours, topology, offsets, crease, width, out):
+    faces, edges, edge_faces, face_edges = topology
+    channels, height = out.shape[1], out.shape[2]
+    for n in prange(len(out)):
+        v0, f0, e0 = offsets[n, 0], offsets[n, 1], offsets[n, 2]
+        v1, f1, e1 = offsets[n + 1, 0], offsets[n + 1, 1], offsets[n + 1, 2]
+        mesh = (faces[f0:f1], edges[e0:e1], edge_faces[e0:e1], face_edges[f0:f1])
+        workspace = _workspace(v1 - v0, mesh, channels, width, height)
+        picture = np.zeros((channels, height, width + LANES), np.float32)
+        box = bounding_box(screen[v0:v1], width, height)
+        _draw(screen[v0:v1], colours[v0:v1], mesh, crease, workspace, box, width, picture)
+        out[n] = picture[:, :, :width]
 
 
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
@@ -252,6 +262,33 @@ def draw(
     screen, colours = _checked(screen, colours, topology)
     out = np.empty((len(screen), colours.shape[2], height, width), np.float32)
     _pictures(get_num_threads(), screen, colours, _contiguous(topology), crease, width, out)
+    return out
+
+
+def draw_each(
+    meshes: Sequence[tuple[FloatArray, FloatArray, Topology]], width: int, height: int, crease: float = CREASE
+) -> FloatArray:
+    """Antialiased pictures [N, C, H, W] on black of meshes that share nothing: `screen` [V, 3], `colours` [V, C] and
+    topology of each. Otherwise as `draw`.
+
+    Raises:
+        ValueError: as `draw` does; or the meshes differ in their number of channels.
+    """
+    checked = [
+        _checked(np.asarray(screen)[None], np.asarray(colours)[None], topology) for screen, colours, topology in meshes
+    ]
+    channels = {colours.shape[2] for _, colours in checked}
+    if len(channels) > 1:
+        raise ValueError(f"expected one number of colour channels in all meshes, found {sorted(channels)}")
+    out = np.empty((len(meshes), max(channels, default=0), height, width), np.float32)
+    if not meshes:
+        return out
+    parts = [_contiguous(topology) for _, _, topology in meshes]
+    packed = tuple(np.concatenate([part[k] for part in parts]) for k in range(4))
+    sizes = [(screen.shape[1], len(part[0]), len(part[1])) for (screen, _), part in zip(checked, parts, strict=True)]
+    offsets = np.cumsum([(0, 0, 0), *sizes], axis=0)
+    screens, paints = (np.concatenate([one[which][0] for one in checked]) for which in range(2))
+    _pictures_of_each(screens, paints, packed, offsets, crease, width, out)
     return out
 
 
@@ -319,18 +356,18 @@ def _evaluate(
     scales: npt.NDArray[np.float64],
     gradients: Gradients,
 ) -> npt.NDArray[np.float64]:
-    per_picture = _hypotheses(len(screen), len(pictures))
+    _check_hypotheses(len(screen), len(pictures))
     pictures = np.ascontiguousarray(pictures, np.float32)
     if binarise > 0.0:
         pictures = pictures / (pictures + np.float32(binarise))
-    threads, table = get_num_threads(), level_table(pictures.shape[3], pictures.shape[2])
-    targets, totals = np.empty((*pictures.shape[:2], table[-1, 3]), np.float32), np.empty(len(pictures))
-    _pyramids(threads, pictures, table, targets, totals)
-    values, mesh = np.zeros(len(screen)), _contiguous(topology)
+    table, values, mesh = (
+        level_table(pictures.shape[3], pictures.shape[2]),
+        np.zeros(len(screen)),
+        _contiguous(topology),
+    )
     _log_likelihood_gradients(
-        threads, screen, colours, mesh, crease, binarise, targets, totals, table, per_picture, wanted, scales, values,
-        *gradients,
-    )  # fmt: skip
+        get_num_threads(), screen, colours, mesh, crease, binarise, pictures, table, wanted, scales, values, *gradients
+    )
     return values
 
 
@@ -351,7 +388,6 @@ def _contiguous(topology: Topology) -> tuple[npt.NDArray[np.int32], ...]:
     return tuple(np.ascontiguousarray(part) for part in topology)
 
 
-def _hypotheses(meshes: int, pictures: int) -> int:
+def _check_hypotheses(meshes: int, pictures: int) -> None:
     if pictures == 0 or meshes % pictures:
         raise ValueError(f"expected a whole number of meshes for each picture, found {meshes} and {pictures}")
-    return meshes // pictures

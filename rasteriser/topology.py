@@ -38,8 +38,9 @@ def build_topology(faces: npt.NDArray[np.integer]) -> Topology:
         edges = np.concatenate((edges, opposite[crowded]))
         edge_of_side[crowded] = np.arange(len(edges) - len(crowded), len(edges))
     edge_faces = np.full((len(edges), 2), -1, dtype=np.int32)
-    for side, edge in enumerate(edge_of_side):
-        edge_faces[edge, 0 if edge_faces[edge, 0] < 0 else 1] = side // 3
+    order = np.argsort(edge_of_side, kind="stable")
+    second = np.concatenate(([False], edge_of_side[order][1:] == edge_of_side[order][:-1]))[: len(order)]
+    edge_faces[edge_of_side[order], second.astype(int)] = order // 3
     kept = edge_faces[:, 0] >= 0
     renumbered = np.cumsum(kept) - 1
     return Topology(

@@ -7,6 +7,7 @@ import torch
 from rasteriser import likelihood
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import Scene, random_scene
+from trainer.geometry.topology import subdivided_cube
 from trainer.rendering import reference
 
 
@@ -112,3 +113,22 @@ def test_meshes_without_weight_get_no_gradient() -> None:
     assert not both.screen[0].any()
     assert not both.colours[0].any()
     np.testing.assert_allclose(both.screen[1], 2 * one.screen[0], rtol=1e-4, atol=1e-4)
+
+
+def test_meshes_that_share_nothing_are_drawn_like_each_alone() -> None:
+    scenes = [random_scene(seed) for seed in range(6)]
+    together = likelihood.draw_each([(scene.screen, scene.colours, scene.topology) for scene in scenes], 20, 16, 0.1)
+    for scene, picture in zip(scenes, together, strict=True):
+        alone = likelihood.draw(scene.screen[None], scene.colours[None], scene.topology, 20, 16, 0.1)
+        np.testing.assert_array_equal(picture, alone[0])
+    with pytest.raises(ValueError, match=r"one number of colour channels in all meshes, found \[1, 3\]"):
+        likelihood.draw_each([(scenes[0].screen, scenes[0].colours[:, :k], scenes[0].topology) for k in (1, 3)], 20, 16)
+
+
+def test_a_million_faces_are_drawn() -> None:
+    base, faces = subdivided_cube(300)
+    sphere = base / np.linalg.norm(base, axis=1, keepdims=True)
+    screen = np.concatenate((sphere[:, :2] * 20 + (32, 24), 1 / (3 + sphere[:, 2:])), 1)
+    drawn = likelihood.draw(screen[None], np.ones((1, len(base), 1)), build_topology(faces), 64, 48, np.inf)
+    assert len(faces) > 10**6
+    assert drawn.sum() == pytest.approx(np.pi * 20**2, rel=1e-4)
