@@ -59,29 +59,30 @@ def shadow_of(ax, ay, bx, by):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
-def add_face(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture, ix, iy):
-    """Adds sign · ∫ colour of a face over a shadow whose moments are about (x, y), to a pixel of picture [C, H, >= W].
+def face_integral(planes, boxes, face, x, y, channel, channels, area, moment_x, moment_y):
+    """∫ colour of a face over a shadow whose moments are about (x, y), of one channel; 0 where there is no face.
 
     The colour is taken as linear: tangent to the true one at (x, y) where the face's plane has a depth there that
     occurs on the face; elsewhere as between the face's corners.
     """
-    channels = picture.shape[0]
-    depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]
-    if boxes[face, 4] <= depth <= boxes[face, 5]:
-        inverse = 1.0 / depth
-        to_value = (area - (moment_x * slope_x + moment_y * slope_y) * inverse) * inverse
-        for c in range(channels):
-            change = moment_x * planes[face, 1 + c, 1] + moment_y * planes[face, 1 + c, 2]
-            picture[c, iy, ix] += sign * (to_value * plane_value(planes, face, 1 + c, x, y) + change * inverse)
-    else:
-        for c in range(1 + channels, 1 + 2 * channels):
-            change = moment_x * planes[face, c, 1] + moment_y * planes[face, c, 2]
-            picture[c - 1 - channels, iy, ix] += sign * (area * plane_value(planes, face, c, x, y) + change)
+    value = 0.0
+    if face != NOTHING:
+        depth = plane_value(planes, face, 0, x, y)
+        if boxes[face, 4] <= depth <= boxes[face, 5]:
+            inverse, k = 1.0 / depth, 1 + channel
+            slope = moment_x * planes[face, 0, 1] + moment_y * planes[face, 0, 2]
+            change = moment_x * planes[face, k, 1] + moment_y * planes[face, k, 2]
+            value = ((area - slope * inverse) * plane_value(planes, face, k, x, y) + change) * inverse
+        else:
+            k = 1 + channels + channel
+            change = moment_x * planes[face, k, 1] + moment_y * planes[face, k, 2]
+            value = area * plane_value(planes, face, k, x, y) + change
+    return value
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
 def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients):
-    """Adjoint of `add_face`; returns the gradients of area and moments, and adds to plane_gradients."""
+    """Adjoint of sign · `face_integral`; returns the gradients of area and moments, and adds to plane_gradients."""
     channels = picture_gradient.shape[0]
     depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]
     to_area, to_x, to_y = 0.0, 0.0, 0.0
@@ -121,14 +122,16 @@ def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, pic
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def add_pieces(planes, boxes, points, codes, count, picture):
     """Adds to picture [C, H, >= W] what pieces change in the pixels that they lie in."""
+    channels = picture.shape[0]
     for n in range(count):
-        ix, iy = codes[n, 0], codes[n, 1]
+        ix, iy, here, beyond = codes[n, 0], codes[n, 1], codes[n, 2], codes[n, 3]
         area, moment_x, moment_y = shadow_of(points[n, 0], points[n, 1], points[n, 2], points[n, 3])
-        for which in range(2):
-            face = codes[n, 2 + which]
-            if face != NOTHING:
-                sign = -1.0 if which == 0 else 1.0
-                add_face(planes, boxes, face, ix + 0.5, iy + 0.5, sign, area, moment_x, moment_y, picture, ix, iy)
+        x, y = ix + 0.5, iy + 0.5
+        for c in range(channels):
+            ahead = face_integral(planes, boxes, beyond, x, y, c, channels, area, moment_x, moment_y)
+            picture[c, iy, ix] += ahead - face_integral(
+                planes, boxes, here, x, y, c, channels, area, moment_x, moment_y
+            )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")

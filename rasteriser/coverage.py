@@ -12,7 +12,7 @@ from numba import njit
 SMALLEST_DOUBLED_AREA = 1e-12
 NOTHING = -1
 # Faces of less height than this, in pixels, are painted in their mean colour: across them, colours change too fast.
-THIN = 2e-2
+THIN = 5e-2
 # A face must be nearer by this factor than those before it: coplanar faces then tie whatever the rounding.
 TIE = 1.0 + 1e-12
 SMALLEST_NORMAL = 2.3e-308

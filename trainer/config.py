@@ -111,9 +111,9 @@ class LossConfig:
     """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
     laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
-    crease: float = 0.3
-    """Renderings are exact at edges inside the surface where the colour's change per pixel jumps by this or more (unit:
-    linear intensity per pixel). 0 means all; a large number leaves contours and lines where faces interpenetrate."""
+    antialias: Literal["contours", "borders"] = "contours"
+    """Where renderings, and so their gradients, are exact: at `contours`; or at all `borders` that show, also creases
+    and lines where faces interpenetrate (truer, slower, and for cars no better)."""
 
 
 @dataclass(frozen=True)

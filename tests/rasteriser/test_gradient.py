@@ -21,7 +21,7 @@ WIDTH, HEIGHT, FOCAL = 64, 48, 80.0
 SUPERSAMPLING, STEP = 64, 0.02
 # Inverse depths move by this much less than pixels.
 DEPTH_UNIT = 0.01
-SCENES = 5
+SCENES = 3
 
 Kind = Literal["cube", "boxes", "wing"]
 

@@ -11,10 +11,10 @@ from trainer.geometry.topology import subdivided_cube
 from trainer.rendering import reference
 
 
-def _reference(scene: Scene) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+def _reference(scene: Scene, crease: float) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
     screen = torch.tensor(scene.screen, dtype=torch.float64, requires_grad=True)
     colours = torch.tensor(scene.colours, dtype=torch.float64, requires_grad=True)
-    picture = reference.draw(screen, colours, torch.tensor(scene.topology.faces.astype(np.int64)), *scene.size)
+    picture = reference.draw(screen, colours, torch.tensor(scene.topology.faces.astype(np.int64)), *scene.size, crease)
     value = reference.log_likelihood(picture, torch.tensor(scene.target, dtype=torch.float64))
     value.backward()
     gradients = [np.zeros(x.shape) if x.grad is None else x.grad.numpy() for x in (screen, colours)]
@@ -24,12 +24,14 @@ def _reference(scene: Scene) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]
 @pytest.mark.parametrize("block", range(8))
 def test_fused_kernels_agree_with_the_reference(block: int) -> None:
     for seed in range(block * 125, block * 125 + 125):
-        scene = random_scene(seed)
-        picture, value, to_screen, to_colours = _reference(scene)
+        scene, crease = random_scene(seed), (0.0, 0.3, np.inf)[seed % 3]
+        picture, value, to_screen, to_colours = _reference(scene, crease)
         batch = scene.screen[None], scene.colours[None], scene.topology
-        np.testing.assert_allclose(likelihood.draw(*batch, *scene.size)[0], picture, atol=1e-5, err_msg=f"seed {seed}")
-        assert likelihood.log_likelihood(*batch, scene.target[None])[0] == pytest.approx(value, rel=1e-5), seed
-        again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1))
+        np.testing.assert_allclose(
+            likelihood.draw(*batch, *scene.size, crease)[0], picture, atol=1e-5, err_msg=f"seed {seed}"
+        )
+        assert likelihood.log_likelihood(*batch, scene.target[None], crease)[0] == pytest.approx(value, rel=1e-5), seed
+        again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1), crease)
         assert again[0] == pytest.approx(value, rel=1e-5), seed
         for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
             tolerance = 1e-5 * max(1.0, np.abs(expected).max())

@@ -1,44 +1,24 @@
-"""Training on tiny pictures: it learns, it repeats itself exactly, and it stops and refuses as it says."""
+"""Training on tiny pictures: it learns, it repeats itself exactly, and it stops as it says."""
 
 import json
 import math
 import os
 import signal
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
 
+from tests.trainer.training.runs import run, spoiling, with_steps
 from trainer.config import OptimiserConfig, TrainConfig
 from trainer.data.images import ImageSet
-from trainer.errors import CheckpointError, ChiaroError, ConfigError, DataError, StorageError
+from trainer.errors import DataError, StorageError
 from trainer.training import loop
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
-from trainer.training.intervals import Intervals
-from trainer.training.loop import MOST_SKIPPED_STEPS, split_instances, train
-from trainer.training.step import forward
-
-EVERY_STEP = Intervals(log=1, preview=1000, checkpoint=3)
-Report = Callable[[int, dict[str, float]], None]
-
-
-def silent(step: int, figures: dict[str, float]) -> None:
-    """A report to nobody."""
-
-
-def run(
-    config: TrainConfig, images: ImageSet, directory: Path, resume: bool = False, report: Report = silent
-) -> Checkpoint:
-    return train(config, images, "chair", directory, EVERY_STEP, resume, report, {"images": "here"})
-
-
-def with_steps(config: TrainConfig, steps: int) -> TrainConfig:
-    return replace(config, optimiser=replace(config.optimiser, steps=steps))
+from trainer.training.loop import MOST_SKIPPED_STEPS, split_instances
 
 
 def metrics(directory: Path) -> list[dict[str, float]]:
@@ -150,25 +130,6 @@ def test_a_second_interruption_stops_at_once(config: TrainConfig, images: ImageS
     assert load_checkpoint(tmp_path).step == 3
 
 
-def spoiling(kind: str, bad_steps: set[int]) -> Callable[..., Any]:
-    """`forward`, but gradient or vertices are not finite in the steps of these numbers (from 0)."""
-    step = -1
-
-    def spoilt(model: Any, *arguments: Any) -> Any:
-        nonlocal step
-        step += 1
-        result = forward(model, *arguments)
-        if step not in bad_steps:
-            return result
-        if kind == "vertices":
-            raise FloatingPointError("expected finite vertices and colours, found NaN or infinity")
-        # sqrt has an infinite slope at 0, and 0 times it is NaN.
-        poison: Tensor = (model.heads.shape_mean.weight * 0).sum().sqrt()
-        return result._replace(terms=result.terms._replace(kl=result.terms.kl + poison))
-
-    return spoilt
-
-
 @pytest.mark.parametrize("kind", ["gradient", "vertices"])
 def test_a_step_that_is_not_finite_changes_nothing_and_is_noted(
     config: TrainConfig, images: ImageSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
@@ -214,70 +175,6 @@ def test_supervision_needs_azimuths_and_uses_them(config: TrainConfig, images: I
     assert not torch.equal(true.model.heads.azimuth_logits.weight, turned.model.heads.azimuth_logits.weight)
 
 
-def test_a_directory_in_use_and_one_with_nothing_to_resume_are_refused(
-    config: TrainConfig, images: ImageSet, tmp_path: Path
-) -> None:
-    config = with_steps(config, 1)
-    with pytest.raises(CheckpointError, match="found nothing"):
-        run(config, images, tmp_path / "run", resume=True)
-    run(config, images, tmp_path / "run")
-    old = (tmp_path / "run" / FILE_NAME).read_bytes()
-    with pytest.raises(ConfigError, match=r"already holds a training\. Continue it with --resume, or name another"):
-        run(config, images, tmp_path / "run")
-    assert (tmp_path / "run" / FILE_NAME).read_bytes() == old
-    (tmp_path / "file").write_text("x")
-    with pytest.raises(StorageError, match="could not write"):
-        run(config, images, tmp_path / "file")
-
-
-def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
-    run(with_steps(config, 1), images, tmp_path)
-    other_loss = replace(config, loss=replace(config.loss, kl_weight=7.0))
-    for changed in (other_loss, replace(config, seed=3), replace(config, validation_share=0.5)):
-        with pytest.raises(ConfigError, match=r"trained with other settings .* another directory"):
-            run(changed, images, tmp_path, resume=True)
-    scene = replace(images.scene, camera=replace(images.scene.camera, elevation_degrees=10.0))
-    with pytest.raises(ConfigError, match="another camera or other lights"):
-        run(config, replace(images, scene=scene), tmp_path, resume=True)
-    assert load_checkpoint(tmp_path).step == 1
-    slower = replace(config, optimiser=OptimiserConfig(batch_size=4, steps=2, learning_rate=1e-4))
-    assert run(slower, images, tmp_path, resume=True).step == 2
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"width": 8}, "width from 16 to 2048, found 8"),
-        ({"seed": -1}, "seed from 0 to .*, found -1"),
-        ({"validation_share": math.nan}, "validation_share from 0 to 0.5, found nan"),
-        ({"optimiser": {"batch_size": 1}}, "optimiser.batch_size from 2 to .*, found 1"),
-        ({"optimiser": {"steps": 0}}, "optimiser.steps from 1 to .*, found 0"),
-        ({"optimiser": {"learning_rate": -1.0}}, "optimiser.learning_rate from .*, found -1"),
-        ({"model": {"latent": 0}}, "model.latent from 1 to .*, found 0"),
-        ({"model": {"segments": 10**6}}, "model.segments from 1 to 64, found 1000000"),
-        ({"model": {"encoder_channels": (4, 4, 0, 4, 4, 4)}}, "model.encoder_channels from 1 to 4096, found 0"),
-        ({"loss": {"kl_weight": -1.0}}, "loss.kl_weight from 0 to .*, found -1"),
-        ({"loss": {"temperature": 0.0}}, "loss.temperature from 1e-09 to .*, found 0"),
-        ({"loss": {"laplacian_weight": math.inf}}, "loss.laplacian_weight from 0 to .*, found inf"),
-    ],
-)
-def test_settings_that_mean_nothing_are_refused(
-    config: TrainConfig, images: ImageSet, tmp_path: Path, change: dict[str, Any], message: str
-) -> None:
-    ((name, value),) = change.items()
-    changed = replace(getattr(config, name), **value) if isinstance(value, dict) else value
-    with pytest.raises(ConfigError, match=f"Expected {message}"):
-        run(replace(config, **{name: changed}), images, tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize("name", ["log", "preview", "checkpoint"])
-def test_intervals_of_no_steps_are_refused(config: TrainConfig, images: ImageSet, tmp_path: Path, name: str) -> None:
-    intervals = replace(Intervals(), **{name: 0})
-    with pytest.raises(ConfigError, match=f"--intervals.{name} of 1 step or more, found 0"):
-        train(config, images, "chair", tmp_path / "run", intervals, False, silent, {})
-
-
 def test_a_full_disk_ends_the_training_in_a_sentence(
     config: TrainConfig, images: ImageSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -299,5 +196,9 @@ def test_views_of_one_object_are_held_out_together(images: ImageSet) -> None:
     assert validation.tolist() != split_instances(images, 0.25, seed=1)[1].tolist()
 
 
-def test_every_refusal_is_an_error_that_the_command_line_tells() -> None:
-    assert all(issubclass(kind, ChiaroError) for kind in (ConfigError, DataError, CheckpointError, StorageError))
+def test_antialiasing_all_borders_changes_the_gradient(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    config = with_steps(config, 1)
+    contours = run(config, images, tmp_path / "contours")
+    borders = run(replace(config, loss=replace(config.loss, antialias="borders")), images, tmp_path / "borders")
+    names = [name for name in contours.model.state_dict() if name.startswith("decoder")]
+    assert any(not torch.equal(contours.model.state_dict()[name], borders.model.state_dict()[name]) for name in names)

@@ -1,0 +1,84 @@
+"""What a training refuses before it begins, and that it then leaves everything as it was."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.trainer.training.runs import run, silent, with_steps
+from trainer.config import OptimiserConfig, TrainConfig
+from trainer.data.images import ImageSet
+from trainer.errors import CheckpointError, ChiaroError, ConfigError, DataError, StorageError
+from trainer.training.checkpoint import FILE_NAME, load_checkpoint
+from trainer.training.intervals import Intervals
+from trainer.training.loop import train
+
+
+def test_a_directory_in_use_and_one_with_nothing_to_resume_are_refused(
+    config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    config = with_steps(config, 1)
+    with pytest.raises(CheckpointError, match="found nothing"):
+        run(config, images, tmp_path / "run", resume=True)
+    run(config, images, tmp_path / "run")
+    old = (tmp_path / "run" / FILE_NAME).read_bytes()
+    with pytest.raises(ConfigError, match=r"already holds a training\. Continue it with --resume, or name another"):
+        run(config, images, tmp_path / "run")
+    assert (tmp_path / "run" / FILE_NAME).read_bytes() == old
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(StorageError, match="could not write"):
+        run(config, images, tmp_path / "file")
+
+
+def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    run(with_steps(config, 1), images, tmp_path)
+    other_loss = replace(config, loss=replace(config.loss, kl_weight=7.0))
+    for changed in (other_loss, replace(config, seed=3), replace(config, validation_share=0.5)):
+        with pytest.raises(ConfigError, match=r"trained with other settings .* another directory"):
+            run(changed, images, tmp_path, resume=True)
+    scene = replace(images.scene, camera=replace(images.scene.camera, elevation_degrees=10.0))
+    with pytest.raises(ConfigError, match="another camera or other lights"):
+        run(config, replace(images, scene=scene), tmp_path, resume=True)
+    assert load_checkpoint(tmp_path).step == 1
+    slower = replace(config, optimiser=OptimiserConfig(batch_size=4, steps=2, learning_rate=1e-4))
+    assert run(slower, images, tmp_path, resume=True).step == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"width": 8}, "width from 16 to 2048, found 8"),
+        ({"seed": -1}, "seed from 0 to .*, found -1"),
+        ({"validation_share": math.nan}, "validation_share from 0 to 0.5, found nan"),
+        ({"optimiser": {"batch_size": 1}}, "optimiser.batch_size from 2 to .*, found 1"),
+        ({"optimiser": {"steps": 0}}, "optimiser.steps from 1 to .*, found 0"),
+        ({"optimiser": {"learning_rate": -1.0}}, "optimiser.learning_rate from .*, found -1"),
+        ({"model": {"latent": 0}}, "model.latent from 1 to .*, found 0"),
+        ({"model": {"segments": 10**6}}, "model.segments from 1 to 64, found 1000000"),
+        ({"model": {"encoder_channels": (4, 4, 0, 4, 4, 4)}}, "model.encoder_channels from 1 to 4096, found 0"),
+        ({"loss": {"kl_weight": -1.0}}, "loss.kl_weight from 0 to .*, found -1"),
+        ({"loss": {"temperature": 0.0}}, "loss.temperature from 1e-09 to .*, found 0"),
+        ({"loss": {"laplacian_weight": math.inf}}, "loss.laplacian_weight from 0 to .*, found inf"),
+    ],
+)
+def test_settings_that_mean_nothing_are_refused(
+    config: TrainConfig, images: ImageSet, tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    ((name, value),) = change.items()
+    changed = replace(getattr(config, name), **value) if isinstance(value, dict) else value
+    with pytest.raises(ConfigError, match=f"Expected {message}"):
+        run(replace(config, **{name: changed}), images, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("name", ["log", "preview", "checkpoint"])
+def test_intervals_of_no_steps_are_refused(config: TrainConfig, images: ImageSet, tmp_path: Path, name: str) -> None:
+    intervals = replace(Intervals(), **{name: 0})
+    with pytest.raises(ConfigError, match=f"--intervals.{name} of 1 step or more, found 0"):
+        train(config, images, "chair", tmp_path / "run", intervals, False, silent, {})
+
+
+def test_every_refusal_is_an_error_that_the_command_line_tells() -> None:
+    assert all(issubclass(kind, ChiaroError) for kind in (ConfigError, DataError, CheckpointError, StorageError))
