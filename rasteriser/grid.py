@@ -14,6 +14,8 @@ def grid_over(box, count):
     """(left, top, size, columns, rows): square cells over a box of pixels, about as many as there are things to put
     into them."""
     width, height = box[2] - box[0], box[3] - box[1]
+    if width <= 0 or height <= 0:
+        return np.float64(box[0]), np.float64(box[1]), 1.0, 1, 1
     size = np.sqrt(width * height / max(count, 1))
     columns, rows = max(int(np.ceil(width / size)), 1), max(int(np.ceil(height / size)), 1)
     return np.float64(box[0]), np.float64(box[1]), size, columns, rows

@@ -127,6 +127,16 @@ def test_meshes_that_share_nothing_are_drawn_like_each_alone() -> None:
         likelihood.draw_each([(scenes[0].screen, scenes[0].colours[:, :k], scenes[0].topology) for k in (1, 3)], 20, 16)
 
 
+@pytest.mark.parametrize("shift", [(-90, 0), (90, 0), (0, -90), (0, 90), (90, 90)])
+def test_a_mesh_outside_the_picture_draws_nothing(shift: tuple[int, int]) -> None:
+    scene = random_scene(3)
+    screen = (scene.screen + np.array([*shift, 0], np.float32))[None]
+    batch = screen, scene.colours[None], scene.topology
+    assert not likelihood.draw(*batch, 12, 9).any()
+    assert not likelihood.draw_gradient(*batch, np.ones((1, 3, 9, 12), np.float32)).screen.any()
+    assert not likelihood.draw_each([(screen[0], scene.colours, scene.topology)], 12, 9).any()
+
+
 def test_a_million_faces_are_drawn() -> None:
     base, faces = subdivided_cube(300)
     sphere = base / np.linalg.norm(base, axis=1, keepdims=True)

@@ -13,16 +13,13 @@ from jaxtyping import Float, Int64
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
+from rasteriser.likelihood import CREASE
 from rasteriser.topology import Topology
-from trainer.rendering.reference import CREASE
+from trainer.rendering.cpu import NEGLIGIBLE_RESPONSIBILITY, NEGLIGIBLE_WEIGHT
+from trainer.rendering.reference import binarised
 from trainer.rendering.triton_kernels.mesh import Mesh, mesh_on
 from trainer.rendering.triton_kernels.picture import pictures_of
 from trainer.rendering.triton_kernels.pyramid import residual_log_likelihood
-
-# A hypothesis whose share of the largest gradient is below this gets none: its picture is not drawn again.
-NEGLIGIBLE_WEIGHT = 1e-4
-# A hypothesis with a smaller posterior probability than this is left out of an expectation.
-NEGLIGIBLE_RESPONSIBILITY = 1e-3
 
 Options = tuple[float, float]  # crease, binarise
 
@@ -155,7 +152,7 @@ def _values(
     height, width = targets.shape[2:]
     drawn = _draw(screen, colours, mesh, width, height, crease)
     if binarise > 0:
-        drawn, targets = (pixels / (pixels + binarise) for pixels in (drawn.clamp(min=0), targets))
+        drawn, targets = binarised(drawn, binarise), binarised(targets, binarise)
     return residual_log_likelihood(drawn - targets)
 
 

@@ -11,6 +11,8 @@ import torch
 from jaxtyping import Bool, Float, Int64
 from torch import Tensor
 
+from rasteriser.likelihood import CREASE
+
 SMALLEST_DOUBLED_AREA = 1e-12
 TIE = 1 + 1e-12
 ASIDE = 1e-6
@@ -19,7 +21,6 @@ PARALLEL = 1e-6
 SAME_DEPTH = 1e-9
 SHORTEST = 1e-6
 THIN = 5e-2
-CREASE = 0.0
 
 
 class Line(NamedTuple):
@@ -97,13 +98,19 @@ def log_likelihood(
     Where `binarise` is positive, it is the η of the silhouette loss (section 5.3): pixels p become p / (p + η) first.
     """
     if binarise > 0:
-        picture, target = (pixels / (pixels + binarise) for pixels in (picture.clamp(min=0), target))
+        picture, target = binarised(picture, binarise), binarised(target, binarise)
     level, total, weight = picture - target, picture.new_zeros(()), 1.0
     while True:
         total = total - 0.5 * weight * level.square().sum()
         if min(level.shape[1:]) == 1:
             return total
         level, weight = _halve(_halve(level, 1), 2), 4.0 * weight
+
+
+def binarised(pixels: Tensor, eta: float) -> Tensor:
+    """Pixels p become p / (p + η): all but 1 where anything is seen. Rounding may leave black a hair below zero."""
+    seen = pixels.clamp(min=0)
+    return seen / (seen + eta)
 
 
 def _halve(level: Float[Tensor, "C H W"], axis: int) -> Tensor:

@@ -12,9 +12,9 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from rasteriser.likelihood import CREASE
 from rasteriser.topology import Topology
 from trainer.rendering import cpu, reference
-from trainer.rendering.reference import CREASE
 
 Backend = Literal["auto", "reference", "cpu", "cuda"]
 
