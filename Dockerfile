@@ -2,8 +2,10 @@
 FROM python:3.11-slim AS build
 WORKDIR /source
 COPY pyproject.toml README.md LICENSE ./
+COPY imaging imaging
 COPY rasteriser rasteriser
 COPY service service
+RUN service/page/turntable/install.sh
 COPY exporter exporter
 COPY trainer trainer
 RUN python -m venv /opt/chiaro && /opt/chiaro/bin/pip install --no-cache-dir .
@@ -15,6 +17,7 @@ USER chiaro
 WORKDIR /
 ENV PATH=/opt/chiaro/bin:$PATH \
     PYTHONDONTWRITEBYTECODE=1 \
+    ORT_DISABLE_TELEMETRY=1 \
     CHIARO_HOST=0.0.0.0 \
     CHIARO_PORT=8000 \
     CHIARO_MODELS=/models

@@ -12,12 +12,14 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo test check serve bench-render
+.PHONY: help install install-service demo test check serve bench-render bench-service
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-install: $(VENV)/.installed  ## install everything into .venv
+TURNTABLE := service/page/turntable/model-viewer.min.js
+
+install: $(VENV)/.installed $(TURNTABLE)  ## install everything into .venv
 
 # torch first and pinned: on machines without a GPU its CPU build is a tenth of the size, where the index offers one.
 $(VENV)/.installed: pyproject.toml
@@ -27,7 +29,11 @@ $(VENV)/.installed: pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	touch $@
 
-install-service: $(VENV)-service/.installed  ## install the service alone, without torch, into .venv-service
+# What the service's page turns meshes with; without it the page works, and says so.
+$(TURNTABLE): service/page/turntable/package-lock.json
+	@service/page/turntable/install.sh $(PYTHON)
+
+install-service: $(VENV)-service/.installed $(TURNTABLE)  ## install the service alone, without torch, into .venv-service
 
 $(VENV)-service/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)-service
@@ -39,14 +45,16 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 	rm -rf out/demo
 	$(BIN)/python scripts/demo.py --output out/demo
 
-test: install install-service tests/validator/node_modules/.installed  ## install everything and run all tests
+# Two processes share the tests; threads that wait for work must then sleep, or each takes the other's core.
+test: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed  ## install everything and run all tests
 	@scripts/install_egl.sh $(BIN)/python
-	$(BIN)/python -m pytest
+	@tests/service/page/install_browser.sh $(BIN)/python
+	OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
 
-# The Khronos validator of GLB files, at the version that package-lock.json names.
-tests/validator/node_modules/.installed: tests/validator/package-lock.json
+# The Khronos validator of GLB files, and the checker of the page's accessibility, at the versions that are locked.
+tests/%/node_modules/.installed: tests/%/package-lock.json
 	@command -v npm >/dev/null || { echo "expected npm, found none; install node and npm (Debian: apt-get install npm)" >&2; exit 1; }
-	npm ci --silent --no-audit --no-fund --prefix tests/validator
+	npm ci --silent --no-audit --no-fund --prefix tests/$*
 	touch $@
 
 check: install  ## formatting, lint, types and the layering of the packages
@@ -65,3 +73,6 @@ $(VENV)/.bench: $(VENV)/.installed
 bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchmarks/render.json and .png; about 40 minutes)
 	@ldconfig -p | grep -q libLLVM || echo "expected LLVM's library for Mitsuba 3, found none; measuring without it (Debian: apt-get install libllvm19)" >&2
 	$(BIN)/python -m benchmarks.render
+
+bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (benchmarks/service.json and .png; about 3 minutes)
+	$(BIN)/python -m benchmarks.service --models $(MODELS)

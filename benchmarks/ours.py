@@ -13,7 +13,7 @@ from torch import Tensor
 
 from benchmarks.contender import Contender, FloatArray, Gradients, Renderer
 from benchmarks.scene import Scene
-from rasteriser import likelihood
+from rasteriser import likelihood, pictures
 from trainer.rendering import cpu
 
 CONTOURS_ALONE = math.inf
@@ -30,13 +30,13 @@ def kernels(scene: Scene, crease: float = CONTOURS_ALONE) -> Renderer:
     mesh = scene.screen, scene.colours, scene.topology
 
     def forward() -> FloatArray:
-        return likelihood.draw(*mesh, scene.width, scene.height, crease)
+        return pictures.draw(*mesh, scene.width, scene.height, crease)
 
     def step() -> Gradients:
-        residual = likelihood.draw(*mesh, scene.width, scene.height, crease)
+        residual = pictures.draw(*mesh, scene.width, scene.height, crease)
         residual -= scene.targets
         residual *= 2.0
-        return Gradients(*likelihood.draw_gradient(*mesh, residual, crease))
+        return Gradients(*pictures.draw_gradient(*mesh, residual, crease))
 
     return Renderer(forward, step)
 

@@ -11,8 +11,9 @@ from pydantic import JsonValue
 
 from exporter.errors import ExportError
 from exporter.export import export
+from trainer.data.images import load_image_folder
 from trainer.errors import ChiaroError, ConfigError
-from trainer.training.checkpoint import load_checkpoint
+from trainer.training.checkpoint import Checkpoint, load_checkpoint
 
 OFFSET_KEY = "azimuth_offset_degrees"
 
@@ -29,6 +30,10 @@ class ExportOptions:
     """What has to be added to predicted azimuths to get true ones, degrees; 0 without --metrics."""
     metrics: Path | None = None
     """The judge's metrics.json: its azimuth_offset_degrees is applied, and its figures go into the manifest."""
+    images: Path | None = None
+    """A folder of pictures of the class that were not trained on, such as the judge's validation pictures, 20 at least:
+    how well the model explains them tells the service which pictures are of another class. Without it the service takes
+    any picture for one of the class."""
 
 
 def main() -> int:
@@ -38,7 +43,8 @@ def main() -> int:
         metrics = _read_metrics(options.metrics) if options.metrics is not None else {}
         offset = _offset_degrees(options, metrics)
         checkpoint = load_checkpoint(options.checkpoint)
-        manifest = export(checkpoint, options.output, math.radians(offset), metrics)
+        held_out = _read_pictures(options.images, checkpoint) if options.images is not None else []
+        manifest = export(checkpoint, options.output, math.radians(offset), metrics, held_out=held_out)
     except ChiaroError as error:
         print(error, file=sys.stderr)
         return 2
@@ -47,6 +53,8 @@ def main() -> int:
         f"{options.output}: {manifest.category}, {manifest.vertices} vertices, azimuth offset {offset:g}°; torch and "
         f"onnxruntime differ by at most {manifest.parity[worst]:.1e} ({worst}); model {manifest.identity[:12]}"
     )
+    if manifest.held_out is None:
+        print("no held-out pictures: the service will give no out-of-class score; name a folder of them with --images")
     return 0
 
 
@@ -76,6 +84,12 @@ def _read_metrics(path: Path) -> dict[str, JsonValue]:
     if not isinstance(content, dict):
         raise ExportError(f"{path}: expected a JSON object, found a {type(content).__name__}; {advice}")
     return content
+
+
+def _read_pictures(folder: Path, checkpoint: Checkpoint) -> list[bytes]:
+    """The files of a folder's pictures that can be used."""
+    model = checkpoint.model
+    return [(folder / name).read_bytes() for name in load_image_folder(folder, model.width, model.height).names]
 
 
 def _refuse_constant(name: str) -> float:

@@ -4,7 +4,8 @@ import hashlib
 import io
 import json
 import math
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Final
 
@@ -16,8 +17,9 @@ from pydantic import JsonValue, ValidationError
 from exporter.conversion import to_onnx
 from exporter.errors import ExportError
 from exporter.examples import random_pictures, random_shape_codes
-from exporter.graphs import DecoderGraph, EncoderGraph, exported_bin_centres
-from exporter.parity import measure_parity, run_onnx, top_margin
+from exporter.graphs import DecoderGraph, EncoderGraph, exported_bin_centres, exported_light_bin_centres
+from exporter.held_out import measure_held_out
+from exporter.parity import BEST_BINS, measure_parity, run_onnx, top_margin
 from exporter.publication import published
 from service.bundle import MANIFEST_FILE, read_bundle
 from service.errors import BundleError
@@ -30,6 +32,7 @@ from service.manifest import (
     ENCODER_INPUT,
     ENCODER_OUTPUTS,
     FORMAT_VERSION,
+    LIGHT_OUTPUTS,
     PROBE_FILE,
     Block,
     Camera,
@@ -49,16 +52,22 @@ Array = NDArray[np.float32]
 
 
 def export(
-    checkpoint: Checkpoint, output: Path, azimuth_offset: float, metrics: dict[str, JsonValue], seed: int = 0
+    checkpoint: Checkpoint,
+    output: Path,
+    azimuth_offset: float,
+    metrics: dict[str, JsonValue],
+    seed: int = 0,
+    held_out: Sequence[bytes] = (),
 ) -> Manifest:
     """Writes a checkpoint's model as a bundle to the directory `output`, and returns its manifest.
 
     `azimuth_offset` is δ of `exporter.graphs`, radians; `metrics` are the judge's figures; `seed` draws the inputs of
-    parity and probe. What is written has been read and proven by the service's own reader.
+    parity and probe; `held_out` are files of pictures that were not trained on, if there are any. What is written has
+    been read and proven by the service's own reader.
 
     Raises:
-        ExportError: `output` is something else than a bundle, torch and onnxruntime disagree, or the service would
-            refuse the bundle; nothing is written.
+        ExportError: `output` is something else than a bundle, torch and onnxruntime disagree, too few of the held-out
+            pictures can be used, or the service would refuse the bundle; nothing is written.
         StorageError: the disk is full, or cannot be written; nothing is left half-written.
     """
     with published(output) as staging:
@@ -66,7 +75,11 @@ def export(
         for name, content in {**files, MANIFEST_FILE: encode_manifest(manifest)}.items():
             (staging / name).write_bytes(content)
         try:
-            load_engine(read_bundle(staging))
+            engine = load_engine(read_bundle(staging))
+            if held_out:
+                manifest = replace(manifest, held_out=measure_held_out(engine, held_out))
+                (staging / MANIFEST_FILE).write_bytes(encode_manifest(manifest))
+                read_bundle(staging)
         except BundleError as error:
             raise ExportError(f"the service would refuse this bundle, so it was not written: {error}") from error
     return manifest
@@ -80,25 +93,29 @@ def _build(
     pictures = [random_pictures(batch, height, width, generator) for batch in PARITY_BATCHES]
     shape_codes = [random_shape_codes(batch, latent, generator) for batch in PARITY_BATCHES]
     encoder_module, decoder_module = EncoderGraph(model, azimuth_offset), DecoderGraph(model, azimuth_offset)
-    encoder = to_onnx(encoder_module, pictures[-1], ENCODER_INPUT, ENCODER_OUTPUTS)
+    outputs = ENCODER_OUTPUTS + (LIGHT_OUTPUTS if model.config.light == "varying" else ())
+    encoder = to_onnx(encoder_module, pictures[-1], ENCODER_INPUT, outputs)
     decoder = to_onnx(decoder_module, shape_codes[-1], DECODER_INPUT, DECODER_OUTPUTS)
     parity = {
-        **measure_parity(encoder_module, encoder, pictures, ENCODER_OUTPUTS),
+        **measure_parity(encoder_module, encoder, pictures, outputs),
         **measure_parity(decoder_module, decoder, shape_codes, DECODER_OUTPUTS),
     }
     files = {
         ENCODER_FILE: encoder,
         DECODER_FILE: decoder,
-        PROBE_FILE: _probe(encoder, decoder, pictures[-1], shape_codes[-1]),
+        PROBE_FILE: _probe(encoder, outputs, decoder, pictures[-1], shape_codes[-1]),
     }
     return _manifest(checkpoint, azimuth_offset, metrics, parity, files), files
 
 
-def _probe(encoder: bytes, decoder: bytes, pictures: torch.Tensor, shape_codes: torch.Tensor) -> bytes:
+def _probe(
+    encoder: bytes, names: tuple[str, ...], decoder: bytes, pictures: torch.Tensor, shape_codes: torch.Tensor
+) -> bytes:
     """The clearest pictures and the first shape codes, with what the graphs make of them, as .npz."""
-    outputs = run_onnx(encoder, pictures, ENCODER_OUTPUTS)
+    outputs = run_onnx(encoder, pictures, names)
     # A picture between two bins would be answered by either on another machine.
-    clearest = np.argsort(-top_margin(outputs["azimuth_probabilities"]))[:PROBE_BATCH]
+    margins = [top_margin(outputs[bins]) for angle, bins in BEST_BINS.items() if angle in names]
+    clearest = np.argsort(-np.min(margins, axis=0))[:PROBE_BATCH]
     arrays: dict[str, Array] = {
         ENCODER_INPUT: pictures.numpy()[clearest],
         **{name: output[clearest] for name, output in outputs.items()},
@@ -139,8 +156,11 @@ def _manifest(
             metrics=metrics,
             parity=parity,
             files=digests,
-            blocks=(Block(name="body", first_face=0, face_count=len(faces)),),
+            blocks=tuple(Block(*part) for part in model.decoder.parts),
             faces=faces,
+            light_bin_centres_degrees=tuple(
+                exported_light_bin_centres(model.config.light_bins) if model.config.light == "varying" else ()
+            ),
         )
     except ValidationError as error:
         first = error.errors(include_url=False)[0]

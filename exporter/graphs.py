@@ -12,8 +12,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from trainer.geometry.conventions import rotation_about_y, wrap_angle
-from trainer.geometry.normals import vertex_normals
-from trainer.model.posterior import bin_centres, most_probable_azimuth
+from trainer.model.posterior import bin_centres, light_bin_centres, most_probable_azimuth, most_probable_light
 from trainer.model.vae import Model
 
 
@@ -25,13 +24,19 @@ class EncoderGraph(nn.Module):
         self.model = model
         self.azimuth_offset = azimuth_offset
 
-    def forward(self, images: Float[Tensor, "B 3 H W"]) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+    def forward(self, images: Float[Tensor, "B 3 H W"]) -> tuple[Tensor, ...]:
         """Shape mean and deviation [B, Z], bin probabilities [B, R], fine mean, fine deviation and azimuth [B].
 
         Bin r stands for the azimuth `exported_bin_centres[r]`; the azimuth is the most probable bin's centre plus the
-        fine mean, in [-π, π).
+        fine mean, in [-π, π). Where the light varies, its bin probabilities [B, L], fine mean, fine deviation and
+        azimuth [B] follow. They need no offset: lights stand with the camera, whatever the object's frame is.
         """
         posterior = self.model.encode(images)
+        lights: tuple[Tensor, ...] = ()
+        light_azimuth = most_probable_light(posterior)
+        if posterior.light is not None and light_azimuth is not None:
+            logits, fine_mean, fine_deviation = posterior.light
+            lights = (logits.softmax(1), fine_mean, fine_deviation, light_azimuth)
         return (
             posterior.shape_mean,
             posterior.shape_deviation,
@@ -39,6 +44,7 @@ class EncoderGraph(nn.Module):
             posterior.azimuth_fine_mean,
             posterior.azimuth_fine_deviation,
             wrap_angle(most_probable_azimuth(posterior) + self.azimuth_offset),
+            *lights,
         )
 
 
@@ -46,7 +52,6 @@ class DecoderGraph(nn.Module):
     """Shape codes → mesh in the object frame, front +Z."""
 
     rotation: Tensor
-    faces: Tensor
     up: Tensor
 
     def __init__(self, model: Model, azimuth_offset: float) -> None:
@@ -54,13 +59,12 @@ class DecoderGraph(nn.Module):
         self.model = model
         rotation = rotation_about_y(torch.tensor(-azimuth_offset, dtype=torch.float64)).float()
         self.register_buffer("rotation", rotation)
-        self.register_buffer("faces", model.faces)
         self.register_buffer("up", torch.tensor([0.0, 1.0, 0.0]))
 
     def forward(self, shape_codes: Float[Tensor, "B Z"]) -> tuple[Tensor, Tensor]:
         """Vertices [B, V, 3] and unit normals [B, V, 3]; where the surface has no area, the normal is +Y."""
         vertices = self.model.decode(shape_codes) @ self.rotation.T
-        normals = vertex_normals(vertices, self.faces)
+        normals = self.model.decoder.normals(shape_codes) @ self.rotation.T
         length = normals.square().sum(-1, keepdim=True).sqrt()
         return vertices, torch.where(length > 0.5, normals / length, self.up)
 
@@ -71,3 +75,9 @@ def exported_bin_centres(bins: int, azimuth_offset: float) -> list[float]:
     # Ten digits: −180 then stays −180 where rounding would have made it 180 − 1e-14.
     degrees = [round(math.degrees(centre), 10) for centre in centres.tolist()]
     return [(centre + 180.0) % 360.0 - 180.0 for centre in degrees]
+
+
+def exported_light_bin_centres(bins: int) -> list[float]:
+    """The coarse bins of the lights' turn, degrees in (0, 180)."""
+    centres = light_bin_centres(bins, torch.zeros((), dtype=torch.float64))
+    return [round(math.degrees(centre), 10) for centre in centres.tolist()]

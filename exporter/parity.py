@@ -15,6 +15,9 @@ from exporter.errors import ExportError
 LARGEST_ERROR: Final = 1e-4
 """Largest difference that is still rounding: vertices are in diagonals of the object, angles in radians."""
 
+BEST_BINS: Final = {"azimuth": "azimuth_probabilities", "light_azimuth": "light_probabilities"}
+"""The outputs that the most probable bin decides, and those that say which it is."""
+
 # Where the two best bins are this close, rounding decides which is best, and either azimuth is right.
 _TIE: Final = 1e-5
 
@@ -67,7 +70,8 @@ def _difference(name: str, expected: Mapping[str, Array], found: Mapping[str, Ar
     difference = np.abs(expected[name] - found[name])
     if name == "azimuth":
         difference = np.minimum(difference, np.abs(2 * math.pi - difference))
-        difference = difference[top_margin(expected["azimuth_probabilities"]) > _TIE]
+    if name in BEST_BINS:
+        difference = difference[top_margin(expected[BEST_BINS[name]]) > _TIE]
     return float(difference.max(initial=0.0))
 
 

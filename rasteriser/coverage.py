@@ -8,6 +8,8 @@ decisions on which side a point lies. A *plane* (p, q, r) is p + q·x + r·y.
 import numpy as np
 from numba import njit
 
+from rasteriser.vectors import LANES, load, ramp, select, store
+
 # Twice the area below which a face is nothing, in squared pixels.
 SMALLEST_DOUBLED_AREA = 1e-12
 NOTHING = -1
@@ -16,9 +18,6 @@ THIN = 5e-2
 # A face must be nearer by this factor than those before it: coplanar faces then tie whatever the rounding.
 TIE = 1.0 + 1e-12
 SMALLEST_NORMAL = 2.3e-308
-# Pixels are visited in groups of this many, which the compiler turns into vector instructions; rows of what is kept per
-# pixel are longer than the picture by one group.
-LANES = 8
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
@@ -51,13 +50,15 @@ def is_thin(x1, y1, x2, y2):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes):
+def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers):
     """What is known of a face before any pixel is visited.
 
     planes [F, 1 + 2C, 3]: inverse depth w, then w · colour for each channel, then the colour itself, as if it were
     linear on the screen. sides [F, 3]: on which side of each edge the face lies (+1 or -1, all 0 for a face without
     area). edge_sides [E, 2]: the same, seen from the edge. boxes [F, 6]: least and greatest x, y and w; least
-    above greatest for a face without area.
+    above greatest for a face without area. covers [F, 16]: the four functions that decide what a face covers, its three
+    lines, signed so that they are positive inside, and w: their slopes along x, along y, their constants, and their
+    least values where it covers a point.
     """
     channels = colours.shape[1]
     for e in range(edge_sides.shape[0]):
@@ -82,6 +83,11 @@ def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, 
             beyond = line_value(lines, edge, np.float64(screen[v, 0]), np.float64(screen[v, 1]))
             sides[f, corner] = 1 if beyond >= 0 else -1
             edge_sides[edge, 0 if edge_faces[edge, 0] == f else 1] = sides[f, corner]
+            side = np.float64(sides[f, corner])
+            for term in range(3):
+                covers[f, 4 * term + corner] = side * lines[edge, term]
+            # A point on the edge belongs to the face on its positive side.
+            covers[f, 12 + corner] = 0.0 if beyond >= 0 else SMALLEST_NORMAL
         thin, inverse_area = is_thin(x1, y1, x2, y2), 1.0 / area
         for channel in range(1 + 2 * channels):
             a0, a1, a2 = w0, w1, w2
@@ -101,6 +107,8 @@ def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, 
             planes[f, channel, 0] = a0 - along_x * x0 - along_y * y0
             planes[f, channel, 1] = along_x
             planes[f, channel, 2] = along_y
+        covers[f, 3], covers[f, 7], covers[f, 11] = planes[f, 0, 1], planes[f, 0, 2], planes[f, 0, 0]
+        covers[f, 15] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -124,40 +132,35 @@ def bounding_box(screen, width, height):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
-def rasterise(face_edges, lines, planes, sides, boxes, box, width, nearest, visible, seen):
-    """visible [H, W + LANES]: the face at each pixel centre inside `box` or NOTHING; nearest: its inverse depth;
+def rasterise(covers, sides, boxes, box, width, depths, visible, seen):
+    """visible [H, W + WIDE]: the face at each pixel centre inside `box` or NOTHING; depths: its depth, or 0;
     seen [F]: whether a face is visible at any. Of faces at the same depth, up to rounding, the first wins."""
     left, top, right, bottom = box
     for iy in range(top, bottom):
-        nearest[iy, left : right + LANES] = 0.0
+        depths[iy, left : right + LANES] = 0.0
         visible[iy, left : right + LANES] = NOTHING
-    for f in range(face_edges.shape[0]):
+    for f in range(len(covers)):
         seen[f] = False
         if sides[f, 0] == 0:
             continue
         first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
         first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], bottom)
-        # Inside is where three signed lines reach their thresholds: 0 on the positive side, more than 0 on the other.
-        s0, s1, s2 = np.float64(sides[f, 0]), np.float64(sides[f, 1]), np.float64(sides[f, 2])
-        t0 = 0.0 if s0 > 0 else SMALLEST_NORMAL
-        t1 = 0.0 if s1 > 0 else SMALLEST_NORMAL
-        t2 = 0.0 if s2 > 0 else SMALLEST_NORMAL
-        e0, e1, e2 = face_edges[f, 0], face_edges[f, 1], face_edges[f, 2]
-        a0, b0, c0 = s0 * lines[e0, 0], s0 * lines[e0, 1], s0 * lines[e0, 2]
-        a1, b1, c1 = s1 * lines[e1, 0], s1 * lines[e1, 1], s1 * lines[e1, 2]
-        a2, b2, c2 = s2 * lines[e2, 0], s2 * lines[e2, 1], s2 * lines[e2, 2]
-        p, q, r = planes[f, 0, 0], planes[f, 0, 1], planes[f, 0, 2]
+        face = covers[f]
+        a0, a1, a2, q = face[0], face[1], face[2], face[3]
+        b0, b1, b2, r = face[4], face[5], face[6], face[7]
+        c0, c1, c2, p = face[8], face[9], face[10], face[11]
+        t0, t1, t2 = face[12], face[13], face[14]
         for iy in range(first_y, last_y):
             y = iy + 0.5
             k0, k1, k2, depth_row = b0 * y + c0, b1 * y + c1, b2 * y + c2, p + r * y
+            # Inverse depths, at first.
+            inverse, faces_there = depths[iy], visible[iy]
             for start in range(first_x, last_x, LANES):
-                near, faces_there = nearest[iy, start : start + LANES], visible[iy, start : start + LANES]
-                for lane in range(LANES):
-                    x = start + lane + 0.5
-                    depth = depth_row + q * x
-                    wins = (a0 * x + k0 >= t0) & (a1 * x + k1 >= t1) & (a2 * x + k2 >= t2) & (depth > near[lane] * TIE)
-                    near[lane] = depth if wins else near[lane]
-                    faces_there[lane] = f if wins else faces_there[lane]
+                x, near = ramp(start + 0.5), load(inverse, start)
+                depth = x * q + depth_row
+                wins = (x * a0 + k0 >= t0) & (x * a1 + k1 >= t1) & (x * a2 + k2 >= t2) & (depth > near * TIE)
+                store(inverse, start, select(wins, depth, near))
+                store(faces_there, start, select(wins, f, load(faces_there, start)))
     for iy in range(top, bottom):
         visible[iy, width:] = NOTHING
         last = NOTHING
@@ -167,3 +170,7 @@ def rasterise(face_edges, lines, planes, sides, boxes, box, width, nearest, visi
                 last = face
                 if face != NOTHING:
                     seen[face] = True
+        row = depths[iy]
+        for start in range(left, right, LANES):
+            near = load(row, start)
+            store(row, start, select(near > 0.0, 1.0 / near, 0.0))

@@ -3,7 +3,8 @@
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import NOTHING, TIE, line_value, plane_value
+from rasteriser.coverage import NOTHING, TIE
+from rasteriser.vectors import all_set, last, load_four
 
 # Boxes count as larger by this much, in pixels, so that rounding hides no neighbour.
 MARGIN = 1e-3
@@ -22,13 +23,12 @@ def grid_over(box, count):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def cell_range(lowest, highest, size, cells):
+def cell_range(lowest, highest, per_pixel, cells):
     """Cells, the last included, that an interval touches; first > last where it lies outside the grid."""
-    if not (highest + MARGIN >= 0.0 and lowest - MARGIN <= cells * size):
+    low, high = (lowest - MARGIN) * per_pixel, (highest + MARGIN) * per_pixel
+    if not (high >= 0.0 and low <= cells):
         return 1, 0
-    first = int(min(max((lowest - MARGIN) / size, 0.0), cells - 1.0))
-    last = int(min(max((highest + MARGIN) / size, 0.0), cells - 1.0))
-    return first, last
+    return int(min(max(low, 0.0), cells - 1.0)), int(min(max(high, 0.0), cells - 1.0))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -37,9 +37,10 @@ def count_per_cell(boxes, count, grid, spans, starts):
     starts [cells + 1]; returns the total. boxes [>= count, >= 4]: least and greatest x, least and greatest y."""
     left, top, size, columns, rows = grid
     starts[:] = 0
+    per_pixel = 1.0 / size
     for n in range(count):
-        spans[n, 0], spans[n, 1] = cell_range(boxes[n, 0] - left, boxes[n, 1] - left, size, columns)
-        spans[n, 2], spans[n, 3] = cell_range(boxes[n, 2] - top, boxes[n, 3] - top, size, rows)
+        spans[n, 0], spans[n, 1] = cell_range(boxes[n, 0] - left, boxes[n, 1] - left, per_pixel, columns)
+        spans[n, 2], spans[n, 3] = cell_range(boxes[n, 2] - top, boxes[n, 3] - top, per_pixel, rows)
         for row in range(spans[n, 2], spans[n, 3] + 1):
             for column in range(spans[n, 0], spans[n, 1] + 1):
                 starts[row * columns + column] += 1
@@ -78,7 +79,7 @@ def meet_first_in(spans, a, b, column, row):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
-def nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, step_x, step_y):
+def nearest_faces(grid, starts, items, covers, x, y, step_x, step_y):
     """The faces seen at two points: a small step back from (x, y), and the same step ahead."""
     left, top, size, columns, rows = grid
     column, row = min(max(int((x - left) / size), 0), columns - 1), min(max(int((y - top) / size), 0), rows - 1)
@@ -87,15 +88,12 @@ def nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, s
     # Without branches: nobody could predict them.
     for k in range(starts[cell], starts[cell + 1]):
         f = items[k]
-        covers_behind = covers_ahead = True
-        for corner in range(3):
-            edge, side = face_edges[f, corner], sides[f, corner] > 0
-            here, step = line_value(lines, edge, x, y), lines[edge, 0] * step_x + lines[edge, 1] * step_y
-            covers_behind &= (here - step >= 0) == side
-            covers_ahead &= (here + step >= 0) == side
-        depth, step = plane_value(planes, f, 0, x, y), planes[f, 0, 1] * step_x + planes[f, 0, 2] * step_y
-        covers_behind &= depth - step > depth_behind * TIE
-        covers_ahead &= depth + step > depth_ahead * TIE
-        behind, depth_behind = (f, depth - step) if covers_behind else (behind, depth_behind)
-        ahead, depth_ahead = (f, depth + step) if covers_ahead else (ahead, depth_ahead)
+        face = covers[f]
+        along_x, along_y, least = load_four(face, 0), load_four(face, 4), load_four(face, 12)
+        here, step = along_x * x + (along_y * y + load_four(face, 8)), along_x * step_x + along_y * step_y
+        back, on = here - step, here + step
+        covers_behind = all_set(back >= least) & (last(back) > depth_behind * TIE)
+        covers_ahead = all_set(on >= least) & (last(on) > depth_ahead * TIE)
+        behind, depth_behind = (f, last(back)) if covers_behind else (behind, depth_behind)
+        ahead, depth_ahead = (f, last(on)) if covers_ahead else (ahead, depth_ahead)
     return behind, ahead

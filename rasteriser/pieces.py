@@ -79,7 +79,7 @@ def insert_cut(places, kinds, at, count, place, segment):
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def add_pieces_of_segments(
-    edges, face_edges, lines, planes, sides, grid, starts, items, ends, codes, segment_count,
+    edges, covers, grid, starts, items, ends, codes, segment_count,
     heads, links, link_places, width, height, places, kinds, at, points, piece_codes,
 ):  # fmt: skip
     """Writes the pieces as `find_pieces` says; returns how many there are. Those for which there is no room are only
@@ -111,7 +111,7 @@ def add_pieces_of_segments(
             step_x, step_y = -dy * aside, dx * aside
             if step_x * (ix + 0.5 - x) + step_y * (iy + 0.5 - y) > 0.0:
                 step_x, step_y = -step_x, -step_y
-            here, beyond = nearest_faces(grid, starts, items, face_edges, lines, planes, sides, x, y, step_x, step_y)
+            here, beyond = nearest_faces(grid, starts, items, covers, x, y, step_x, step_y)
             f, g = codes[s, 1], codes[s, 2]
             own = (here != NOTHING and here in (f, g)) + (beyond != NOTHING and beyond in (f, g))
             if here == beyond or own < (2 if codes[s, 0] == CROSSING else 1):
@@ -133,7 +133,7 @@ def add_pieces_of_segments(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_pieces(
-    edges, face_edges, lines, planes, sides, grid, starts, items, ends, codes, segment_count,
+    edges, covers, grid, starts, items, ends, codes, segment_count,
     heads, links, link_places, link_count, width, height,
 ):  # fmt: skip
     """(points, codes, count) of the pieces along which two faces meet in what is seen: both those of a crossing, or
@@ -149,7 +149,7 @@ def find_pieces(
     while True:
         points, piece_codes = np.empty((room, 4)), np.empty((room, 9), np.int32)
         found = add_pieces_of_segments(
-            edges, face_edges, lines, planes, sides, grid, starts, items, ends, codes, segment_count,
+            edges, covers, grid, starts, items, ends, codes, segment_count,
             heads, links, link_places, width, height, places, kinds, at, points, piece_codes,
         )  # fmt: skip
         if found <= room:

@@ -9,84 +9,38 @@ of n pixels reduces to ceil(n / 2); the last level has one pixel in its smaller 
 
 Reduction is linear, so r_l = K_l I - K_l x. The pyramid K_l x of the observed picture is made once for all hypotheses;
 that of I is made only in the box outside which I and K_l I vanish. Boxes are (left, top, right, bottom), the last two
-exclusive. Levels lie in flat arrays row by row (`level_table`), with zeros before and after each row.
+exclusive. Levels lie in flat arrays row by row (`level_table`), with WIDE zeros before and after each row.
 """
 
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import LANES
+from rasteriser.levels import COLUMNS, ROWS, START, STRIDE, box_above, clear_below, needed, reflected
+from rasteriser.vectors import (
+    WIDE,
+    evens,
+    first_lanes,
+    load_wide,
+    odds,
+    select,
+    store,
+    total,
+    zeros_wide,
+    zipped_high,
+    zipped_low,
+)
 
 CENTRE, NEXT, OUTER = np.float32(6 / 16), np.float32(4 / 16), np.float32(1 / 16)
-ROWS, COLUMNS, STRIDE, START = 0, 1, 2, 3
 
 
-@njit(cache=True, nogil=True)
-def level_table(width, height):
-    """[L, 4]: rows, columns, stride, and where the level starts in a flat array whose length is the last START."""
-    count, smaller = 1, min(width, height)
-    while smaller > 1:
-        smaller = (smaller + 1) // 2
-        count += 1
-    table = np.zeros((count + 1, 4), np.int64)
-    rows, columns, start = height, width, LANES
-    for level in range(count):
-        table[level, ROWS], table[level, COLUMNS] = rows, columns
-        table[level, STRIDE], table[level, START] = columns + LANES, start
-        start += rows * (columns + LANES)
-        rows, columns = (rows + 1) // 2, (columns + 1) // 2
-    table[count, START] = start
-    return table
-
-
-@njit(cache=True, nogil=True, _nrt=False)
-def reflected(index, size):
-    """Index with the border reflected, the border pixel itself not repeated."""
-    if 0 <= index < size:
-        return index
-    if size == 1:
-        return 0
-    period = 2 * (size - 1)
-    index = index % period
-    return min(index, period - index)
-
-
-@njit(cache=True, nogil=True, _nrt=False)
-def reached(first, last, size):
-    """Pixels of the next level, of `size` pixels, that depend on the pixels first..last - 1 of this one."""
-    return max(0, (first - 1) // 2), min(size, (last + 1) // 2 + 1)
-
-
-@njit(cache=True, nogil=True, _nrt=False)
-def needed(first, last, size):
-    """Pixels of this level, of `size` pixels, on which the pixels first..last - 1 of the next one depend."""
-    return max(0, 2 * first - 2), min(size, 2 * last + 1)
-
-
-@njit(cache=True, nogil=True, _nrt=False)
-def box_above(box, rows, columns):
-    """The box of the next level, of rows × columns pixels, outside which it vanishes if this one does outside `box`."""
-    left, right = reached(box[0], box[2], columns)
-    top, bottom = reached(box[1], box[3], rows)
-    return left, top, right, bottom
-
-
-@njit(cache=True, nogil=True, _nrt=False)
-def clear_below(levels, base, table, level, above):
-    """Writes zeros wherever `reduce_level` will look for the box `above` of the next level."""
-    left, right = needed(above[0], above[2], table[level, COLUMNS])
-    top, bottom = needed(above[1], above[3], table[level, ROWS])
-    for row in range(top, bottom):
-        start = base + row * table[level, STRIDE]
-        levels[start + left : start + right] = 0.0
-
-
-@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
 def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half):
-    """coarse = every second pixel of fine * k_G inside the box `above`; half [>= COLUMNS] is scratch."""
+    """coarse = every second pixel of fine * k_G inside the box `above`; half is scratch."""
     rows, columns, stride = table[level, ROWS], table[level, COLUMNS], table[level, STRIDE]
+    coarse_columns = table[level + 1, COLUMNS]
     first, last = needed(above[0], above[2], columns)
-    inner_first, inner_last = max(above[0], 1), min(above[2], max((columns - 1) // 2, 0))
+    # A row, smoothed along y: even[k + 1] is its pixel 2k, odd[k + 1] its pixel 2k + 1, from k = -1 on.
+    even, odd = half, half[coarse_columns + 2 * WIDE :]
     for j in range(above[1], above[3]):
         centre = fine[fine_base + 2 * j * stride :]
         over, under = (
@@ -97,26 +51,45 @@ def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half
             fine[fine_base + reflected(2 * j - 2, rows) * stride :],
             fine[fine_base + reflected(2 * j + 2, rows) * stride :],
         )
-        for i in range(first, last):
-            half[i] = CENTRE * centre[i] + NEXT * (over[i] + under[i]) + OUTER * (far_over[i] + far_under[i])
+        for k in range(first // 2, (last + 1) // 2, WIDE):
+            left = smoothed(far_over, over, centre, under, far_under, 2 * k)
+            right = smoothed(far_over, over, centre, under, far_under, 2 * k + WIDE)
+            store(even, k + 1, evens(left, right))
+            store(odd, k + 1, odds(left, right))
+        if above[0] == 0:
+            even[0], odd[0] = smoothed_pixel(even, odd, -2, columns), smoothed_pixel(even, odd, -1, columns)
+        if above[2] == coarse_columns:
+            if 2 * coarse_columns > columns:
+                odd[coarse_columns] = smoothed_pixel(even, odd, 2 * coarse_columns - 1, columns)
+            even[coarse_columns + 1] = smoothed_pixel(even, odd, 2 * coarse_columns, columns)
         out = coarse[coarse_base + j * table[level + 1, STRIDE] :]
-        for i in range(inner_first, inner_last):
-            out[i] = (
-                CENTRE * half[2 * i]
-                + NEXT * (half[2 * i - 1] + half[2 * i + 1])
-                + OUTER * (half[2 * i - 2] + half[2 * i + 2])
+        for i in range(above[0], above[2], WIDE):
+            near = load_wide(odd, i) + load_wide(odd, i + 1)
+            value = (
+                load_wide(even, i + 1) * CENTRE + near * NEXT + (load_wide(even, i) + load_wide(even, i + 2)) * OUTER
             )
-        for side in range(2):
-            border_first, border_last = (
-                (above[0], inner_first) if side == 0 else (max(inner_last, inner_first), above[2])
-            )
-            for i in range(border_first, border_last):
-                near = half[reflected(2 * i - 1, columns)] + half[reflected(2 * i + 1, columns)]
-                far = half[reflected(2 * i - 2, columns)] + half[reflected(2 * i + 2, columns)]
-                out[i] = CENTRE * half[2 * i] + NEXT * near + OUTER * far
+            store(out, i, select(first_lanes(above[2] - i), value, 0.0))
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", inline="always")
+def smoothed(far_over, over, centre, under, far_under, start):
+    """k_G along y, of WIDE pixels from `start` on."""
+    near = load_wide(over, start) + load_wide(under, start)
+    return (
+        load_wide(centre, start) * CENTRE
+        + near * NEXT
+        + (load_wide(far_over, start) + load_wide(far_under, start)) * OUTER
+    )
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", inline="always")
+def smoothed_pixel(even, odd, index, columns):
+    """Of a row that `reduce_level` has smoothed, the pixel of an index beyond the border, reflected."""
+    inside = reflected(index, columns)
+    return even[inside // 2 + 1] if inside % 2 == 0 else odd[inside // 2 + 1]
+
+
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
 def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above, half):
     """fine += adjoint of `reduce_level` applied to coarse, inside `box`; half is scratch of the coarse level's rows,
     each as long as the fine level's."""
@@ -125,12 +98,14 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
     left, top, right, bottom = box
     for j in range(above[1], above[3]):
         row = coarse[coarse_base + j * table[level + 1, STRIDE] - 1 :]
-        out = half[(j + 1) * stride : (j + 2) * stride]
+        out = half[(j + 1) * stride :]
         # As if nothing were reflected: an even pixel gathers from three coarse ones, an odd one from two. row[k + 1] is
         # the coarse pixel k; beside the level there are zeros.
-        for k in range(left // 2, (right + 1) // 2):
-            out[2 * k] = CENTRE * row[k + 1] + OUTER * (row[k] + row[k + 2])
-            out[2 * k + 1] = NEXT * (row[k + 1] + row[k + 2])
+        for k in range(left // 2, (right + 1) // 2, WIDE):
+            here, after = load_wide(row, k + 1), load_wide(row, k + 2)
+            even, odd = here * CENTRE + (load_wide(row, k) + after) * OUTER, (here + after) * NEXT
+            store(out, 2 * k, zipped_low(even, odd))
+            store(out, 2 * k + WIDE, zipped_high(even, odd))
         # Only the first and the last coarse pixel reach over the border.
         if above[0] == 0:
             out[reflected(-1, columns)] += NEXT * row[1]
@@ -146,13 +121,13 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
     for y in range(top, bottom):
         out = fine[fine_base + y * stride :]
         here, after = half[(y // 2 + 1) * stride :], half[(y // 2 + 2) * stride :]
-        if y % 2 == 0:
-            before = half[(y // 2) * stride :]
-            for i in range(left, right):
-                out[i] += CENTRE * here[i] + OUTER * (before[i] + after[i])
-        else:
-            for i in range(left, right):
-                out[i] += NEXT * (here[i] + after[i])
+        before = half[(y // 2) * stride :]
+        for i in range(left, right, WIDE):
+            if y % 2 == 0:
+                change = load_wide(here, i) * CENTRE + (load_wide(before, i) + load_wide(after, i)) * OUTER
+            else:
+                change = (load_wide(here, i) + load_wide(after, i)) * NEXT
+            store(out, i, load_wide(out, i) + select(first_lanes(right - i), change, 0.0))
     for side in range(2):
         j = 0 if side == 0 else coarse_rows - 1
         if not above[1] <= j < above[3]:
@@ -169,43 +144,37 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
                         out[i] += weight * row[i]
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
-def subtract_target(levels, base, target, target_base, stride, box):
-    """levels -= target inside a box; returns the sums of squares of (the difference, the target) there."""
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
+def subtract_target(levels, base, target, target_base, stride, box, factor):
+    """levels = factor · (levels - target) inside a box, unless factor is 0; returns the sums of squares of the
+    difference and of the target there, one less the other."""
     left, top, right, bottom = box
-    total, known = 0.0, 0.0
+    squares = 0.0
     for row in range(top, bottom):
         mine, other = levels[base + row * stride :], target[target_base + row * stride :]
-        squares, known_squares = np.float32(0.0), np.float32(0.0)
-        for i in range(left, right):
-            difference = mine[i] - other[i]
-            mine[i] = difference
-            squares += difference * difference
-            known_squares += other[i] * other[i]
-        total += squares
-        known += known_squares
-    return total, known
+        # |a - b|² - |b|² = (a - 2b) a
+        change = zeros_wide()
+        for i in range(left, right, WIDE):
+            inside, value, known = first_lanes(right - i), load_wide(mine, i), load_wide(other, i)
+            change = change + select(inside, (value - known - known) * value, 0.0)
+            if factor != 0.0:
+                store(mine, i, select(inside, (value - known) * factor, value))
+        squares += total(change)
+    return squares
 
 
-@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
-def scale_box(levels, base, stride, box, factor):
-    left, top, right, bottom = box
-    for row in range(top, bottom):
-        mine = levels[base + row * stride :]
-        for i in range(left, right):
-            mine[i] *= factor
-
-
-@njit(cache=True, nogil=True, _nrt=False, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
 def sum_of_squares(levels, table, level):
-    total = 0.0
+    """Of a level; beside it there are zeros."""
+    squares = 0.0
     for row in range(table[level, ROWS]):
         mine = levels[table[level, START] + row * table[level, STRIDE] :]
-        squares = np.float32(0.0)
-        for i in range(table[level, COLUMNS]):
-            squares += mine[i] * mine[i]
-        total += squares
-    return total
+        in_row = zeros_wide()
+        for i in range(0, table[level, COLUMNS], WIDE):
+            value = load_wide(mine, i)
+            in_row = in_row + value * value
+        squares += total(in_row)
+    return squares
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -228,42 +197,34 @@ def picture_pyramid(picture, table, levels, half):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def pyramid_log_likelihood(table, box, levels, target, target_total, boxes, half):
+def pyramid_log_likelihood(table, box, levels, target, target_total, scale, boxes, half):
     """log p of one channel. The first of `levels` holds its drawn picture inside `box` and zeros around it.
 
-    Leaves the pyramid of the residual in levels and each level's box in boxes [L, 4]. target is the observed picture's
-    pyramid, target_total the weighed sum of its squares.
+    target is the observed picture's pyramid, target_total the weighed sum of its squares. Unless scale is 0, leaves
+    scale · d log p / d level in levels, each level's own share, and each level's box in boxes [L, 4], for
+    `pyramid_gradient`.
     """
     count = len(table) - 1
-    total, weight = target_total, 1.0
+    squares, weight = target_total, 1.0
     for level in range(count):
         boxes[level] = box
+        above = box
         if level + 1 < count:
             above = box_above(box, table[level + 1, ROWS], table[level + 1, COLUMNS])
             if level + 2 < count:
                 beyond = box_above(above, table[level + 2, ROWS], table[level + 2, COLUMNS])
                 clear_below(levels, table[level + 1, START], table, level + 1, beyond)
             reduce_level(levels, table[level, START], levels, table[level + 1, START], table, level, above, half)
-            squares, known = subtract_target(
-                levels, table[level, START], target, table[level, START], table[level, STRIDE], box
-            )
-            box = above
-        else:
-            squares, known = subtract_target(
-                levels, table[level, START], target, table[level, START], table[level, STRIDE], box
-            )
-        total += weight * (squares - known)
-        weight *= 4.0
-    return -0.5 * total
+        start, stride = table[level, START], table[level, STRIDE]
+        squares += weight * subtract_target(levels, start, target, start, stride, box, np.float32(-scale * weight))
+        box, weight = above, 4.0 * weight
+    return -0.5 * squares
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def pyramid_gradient(table, boxes, levels, half, scale):
-    """Turns levels, as `pyramid_log_likelihood` left them, into scale · d log p / d residual, in the first of them."""
-    count = len(table) - 1
-    for level in range(count - 1, -1, -1):
+def pyramid_gradient(table, boxes, levels, half):
+    """Gathers what `pyramid_log_likelihood` left of all levels in the first of them."""
+    for level in range(len(table) - 3, -1, -1):
         box = (boxes[level, 0], boxes[level, 1], boxes[level, 2], boxes[level, 3])
-        scale_box(levels, table[level, START], table[level, STRIDE], box, np.float32(-scale * 4.0**level))
-        if level + 1 < count:
-            above = (boxes[level + 1, 0], boxes[level + 1, 1], boxes[level + 1, 2], boxes[level + 1, 3])
-            expand_level(levels, table[level + 1, START], levels, table[level, START], table, level, box, above, half)
+        above = (boxes[level + 1, 0], boxes[level + 1, 1], boxes[level + 1, 2], boxes[level + 1, 3])
+        expand_level(levels, table[level + 1, START], levels, table[level, START], table, level, box, above, half)

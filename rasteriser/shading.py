@@ -7,12 +7,13 @@ per plane and turned into gradients of vertices and colours once per face.
 import numpy as np
 from numba import njit
 
-from rasteriser.coverage import LANES, NOTHING, is_thin, pixels_between
+from rasteriser.coverage import is_thin, pixels_between
+from rasteriser.vectors import LANES, as_doubles, as_singles, load, ramp, select, store, total, zeros
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
-def add_interior(planes, boxes, seen, visible, width, depth, picture):
-    """Adds the colour at each covered pixel centre to picture [C, H, W + LANES]; depth [LANES] is scratch."""
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def add_interior(planes, boxes, seen, visible, depths, width, picture):
+    """Adds the colour at each covered pixel centre to picture [C, H, W + LANES]."""
     channels, height = picture.shape[0], picture.shape[1]
     for f in range(len(seen)):
         if not seen[f]:
@@ -20,51 +21,47 @@ def add_interior(planes, boxes, seen, visible, width, depth, picture):
         first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
         first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
         for iy in range(first_y, last_y):
-            y = iy + 0.5
-            row = planes[f, 0, 0] + planes[f, 0, 2] * y
-            slope = planes[f, 0, 1]
+            y, there, behind = iy + 0.5, visible[iy], depths[iy]
             for start in range(first_x, last_x, LANES):
-                there = visible[iy, start : start + LANES]
-                for lane in range(LANES):
-                    depth[lane] = 1.0 / (row + slope * (start + lane + 0.5)) if there[lane] == f else 0.0
+                x, depth = ramp(start + 0.5), select(load(there, start) == f, load(behind, start), 0.0)
                 for c in range(channels):
                     value, along = planes[f, 1 + c, 0] + planes[f, 1 + c, 2] * y, planes[f, 1 + c, 1]
-                    out = picture[c, iy, start : start + LANES]
-                    for lane in range(LANES):
-                        out[lane] += (value + along * (start + lane + 0.5)) * depth[lane]
+                    out = picture[c, iy]
+                    store(out, start, load(out, start) + as_singles((x * along + value) * depth))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
-def interior_gradient(planes, box, nearest, visible, picture_gradient, plane_gradients):
-    """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to. Sums along runs of one face first."""
-    channels = picture_gradient.shape[0]
-    left, top, right, bottom = box
-    for iy in range(top, bottom):
-        y, start = iy + 0.5, left
-        while start < right:
-            face, end = visible[iy, start], start + 1
-            while end < right and visible[iy, end] == face:
-                end += 1
-            if face != NOTHING:
-                to_depth, to_depth_x = 0.0, 0.0
-                for c in range(channels):
-                    value, along = planes[face, 1 + c, 0] + planes[face, 1 + c, 2] * y, planes[face, 1 + c, 1]
-                    total, total_x = 0.0, 0.0
-                    for ix in range(start, end):
-                        x, depth = ix + 0.5, 1.0 / nearest[iy, ix]
-                        to_numerator = picture_gradient[c, iy, ix] * depth
-                        total += to_numerator
-                        total_x += to_numerator * x
-                        part = to_numerator * (value + along * x) * depth
-                        to_depth -= part
-                        to_depth_x -= part * x
-                    plane_gradients[face, 1 + c, 0] += total
-                    plane_gradients[face, 1 + c, 1] += total_x
-                    plane_gradients[face, 1 + c, 2] += total * y
-                plane_gradients[face, 0, 0] += to_depth
-                plane_gradients[face, 0, 1] += to_depth_x
-                plane_gradients[face, 0, 2] += to_depth * y
-            start = end
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def interior_gradient(planes, boxes, seen, visible, depths, width, picture_gradient, plane_gradients):
+    """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to."""
+    channels, height = picture_gradient.shape[0], picture_gradient.shape[1]
+    for f in range(len(seen)):
+        if not seen[f]:
+            continue
+        first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
+        first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
+        to_depth, to_depth_x, to_depth_y = zeros(), zeros(), zeros()
+        for c in range(channels):
+            to_value, to_value_x, to_value_y = zeros(), zeros(), zeros()
+            along = planes[f, 1 + c, 1]
+            for iy in range(first_y, last_y):
+                y, there, behind, upstream = iy + 0.5, visible[iy], depths[iy], picture_gradient[c, iy]
+                value = planes[f, 1 + c, 0] + planes[f, 1 + c, 2] * y
+                for start in range(first_x, last_x, LANES):
+                    x, depth = ramp(start + 0.5), select(load(there, start) == f, load(behind, start), 0.0)
+                    part = as_doubles(load(upstream, start)) * depth
+                    to_value = to_value + part
+                    to_value_x = to_value_x + part * x
+                    to_value_y = to_value_y + part * y
+                    part = part * (x * along + value) * depth
+                    to_depth = to_depth + part
+                    to_depth_x = to_depth_x + part * x
+                    to_depth_y = to_depth_y + part * y
+            plane_gradients[f, 1 + c, 0] += total(to_value)
+            plane_gradients[f, 1 + c, 1] += total(to_value_x)
+            plane_gradients[f, 1 + c, 2] += total(to_value_y)
+        plane_gradients[f, 0, 0] -= total(to_depth)
+        plane_gradients[f, 0, 1] -= total(to_depth_x)
+        plane_gradients[f, 0, 2] -= total(to_depth_y)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", _nrt=False)

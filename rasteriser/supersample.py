@@ -14,11 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-NEAR = 1e-3
-"""Distance of the near plane from the camera; what lies in front of it is cut away exactly."""
-
-_DEGENERATE = 1e-6
-"""Triangles of less area than this (in samples squared) have no reliable plane, and are too thin to hold a sample."""
+from rasteriser.projection import bounds, first_sample, project
 
 
 class Picture(NamedTuple):
@@ -70,9 +66,9 @@ def _render(corners, colours, focal_length, width, height, supersampling):
     # A face that crosses the near plane leaves at most two triangles; all others leave one.
     screen = np.empty((2 * faces, 3, 2))
     planes = np.empty((2 * faces, 1 + channels, 3))
-    triangles = _project(corners, colours, focal_length, width, height, supersampling, screen, planes)
+    triangles = project(corners, colours, focal_length, width, height, supersampling, screen, planes)
 
-    left, right, top, bottom = _bounds(screen[:triangles], width * supersampling, height * supersampling)
+    left, right, top, bottom = bounds(screen[:triangles], width * supersampling, height * supersampling)
     # Whole pixels only, so that each pixel's samples all lie inside the buffers.
     left, top = left // supersampling * supersampling, top // supersampling * supersampling
     right, bottom = -(-right // supersampling) * supersampling, -(-bottom // supersampling) * supersampling
@@ -84,129 +80,35 @@ def _render(corners, colours, focal_length, width, height, supersampling):
     nearness = np.zeros((bottom - top, right - left), np.float32)
     owner = np.full((bottom - top, right - left), -1, np.int32)
     for triangle in range(triangles):
-        _rasterise(screen[triangle], planes[triangle, 0], triangle, left, top, nearness, owner)
+        _rasterise(screen, planes, triangle, left, top, nearness, owner)
     _resolve(owner, planes, left, top, supersampling, colour, alpha)
     return colour, alpha
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _project(corners, colours, focal_length, width, height, supersampling, screen, planes):
-    """Clips at the near plane, projects to samples, and returns the number of triangles written."""
-    channels = colours.shape[2]
-    polygon = np.empty((4, 3 + channels))
-    count = 0
-    for face in range(corners.shape[0]):
-        sides = _clip(corners[face], colours[face], polygon)
-        for fan in range(sides - 2):
-            for corner in range(3):
-                source = 0 if corner == 0 else fan + corner
-                depth = polygon[source, 2]
-                scale = focal_length / depth
-                screen[count, corner, 0] = supersampling * (width / 2 + scale * polygon[source, 0])
-                screen[count, corner, 1] = supersampling * (height / 2 - scale * polygon[source, 1])
-            if _plane_equations(screen[count], polygon, fan, planes[count]):
-                count += 1
-    return count
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _clip(corner, colour, polygon):
-    """Writes what remains beyond the near plane, [sides, xyz + colour]; returns the number of its sides, 0, 3 or 4."""
-    channels = colour.shape[1]
-    beyond = 0
-    for start in range(3):
-        if not (np.isfinite(corner[start, 0]) and np.isfinite(corner[start, 1]) and np.isfinite(corner[start, 2])):
-            return 0
-        beyond += corner[start, 2] >= NEAR
-    if beyond == 0:
-        return 0
-    sides = 0
-    for start in range(3):
-        end = (start + 1) % 3
-        if corner[start, 2] >= NEAR:
-            for axis in range(3):
-                polygon[sides, axis] = corner[start, axis]
-            for channel in range(channels):
-                polygon[sides, 3 + channel] = colour[start, channel]
-            sides += 1
-        if beyond < 3 and (corner[start, 2] >= NEAR) != (corner[end, 2] >= NEAR):
-            share = (NEAR - corner[start, 2]) / (corner[end, 2] - corner[start, 2])
-            for axis in range(2):
-                polygon[sides, axis] = corner[start, axis] + share * (corner[end, axis] - corner[start, axis])
-            polygon[sides, 2] = NEAR
-            for channel in range(channels):
-                polygon[sides, 3 + channel] = (1 - share) * colour[start, channel] + share * colour[end, channel]
-            sides += 1
-    return sides
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _plane_equations(points, polygon, fan, plane):
-    """1/z and colour/z as affine functions (∂x, ∂y, constant) of the sample position; False if there are none."""
-    x0, y0 = points[0, 0], points[0, 1]
-    x1, y1 = points[1, 0] - x0, points[1, 1] - y0
-    x2, y2 = points[2, 0] - x0, points[2, 1] - y0
-    area = x1 * y2 - x2 * y1
-    if abs(area) < _DEGENERATE:
-        return False
-    for row in range(plane.shape[0]):
-        value0, value1, value2 = 1 / polygon[0, 2], 1 / polygon[fan + 1, 2], 1 / polygon[fan + 2, 2]
-        if row > 0:
-            value0 *= polygon[0, 2 + row]
-            value1 *= polygon[fan + 1, 2 + row]
-            value2 *= polygon[fan + 2, 2 + row]
-        value1, value2 = value1 - value0, value2 - value0
-        plane[row, 0] = (value1 * y2 - value2 * y1) / area
-        plane[row, 1] = (value2 * x1 - value1 * x2) / area
-        plane[row, 2] = value0 - plane[row, 0] * x0 - plane[row, 1] * y0
-    return True
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _first_sample(position, limit):
-    """Index of the first sample whose centre is at or beyond `position`, within [0, limit]."""
-    return int(min(max(np.ceil(position - 0.5), 0.0), float(limit)))
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _bounds(screen, width, height):
-    left, right, top, bottom = width, 0, height, 0
-    for triangle in range(screen.shape[0]):
-        for corner in range(3):
-            column = _first_sample(screen[triangle, corner, 0], width)
-            row = _first_sample(screen[triangle, corner, 1], height)
-            left, right = min(left, column), max(right, column)
-            top, bottom = min(top, row), max(bottom, row)
-    return left, right, top, bottom
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _rasterise(points, depth_plane, triangle, left, top, nearness, owner):
+def _rasterise(screen, planes, triangle, left, top, nearness, owner):
     """Marks the samples of one triangle that are nearer than what the buffers hold."""
     height, width = owner.shape
+    upper, middle, lower = 0, 1, 2
+    if screen[triangle, upper, 1] > screen[triangle, middle, 1]:
+        upper, middle = middle, upper
+    if screen[triangle, middle, 1] > screen[triangle, lower, 1]:
+        middle, lower = lower, middle
+    if screen[triangle, upper, 1] > screen[triangle, middle, 1]:
+        upper, middle = middle, upper
+    x0, y0 = screen[triangle, upper, 0], screen[triangle, upper, 1]
+    x1, y1 = screen[triangle, middle, 0], screen[triangle, middle, 1]
+    x2, y2 = screen[triangle, lower, 0], screen[triangle, lower, 1]
     # Each edge from its upper to its lower corner, whatever the face's winding: two faces that share an edge then
     # compute the same floating-point crossings, and every sample falls to exactly one of them.
-    x_start, y_start, y_end, slope = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    for edge in range(3):
-        upper, lower = edge, (edge + 1) % 3
-        if points[upper, 1] > points[lower, 1]:
-            upper, lower = lower, upper
-        x_start[edge], y_start[edge], y_end[edge] = points[upper, 0], points[upper, 1], points[lower, 1]
-        slope[edge] = (points[lower, 0] - points[upper, 0]) / (points[lower, 1] - points[upper, 1])
-    first_row = _first_sample(min(y_start[0], y_start[1]) - top, height)
-    last_row = _first_sample(max(y_end[0], y_end[1]) - top, height)
-    depth_x, depth_y, depth_constant = depth_plane[0], depth_plane[1], depth_plane[2]
-    for row in range(first_row, last_row):
+    slope, upper_slope, lower_slope = (x2 - x0) / (y2 - y0), (x1 - x0) / (y1 - y0), (x2 - x1) / (y2 - y1)
+    middle_row = first_sample(y1 - top, height)
+    depth_x, depth_y, depth_constant = planes[triangle, 0, 0], planes[triangle, 0, 1], planes[triangle, 0, 2]
+    for row in range(first_sample(y0 - top, height), first_sample(y2 - top, height)):
         y = row + top + 0.5
-        x_low, x_high = np.inf, -np.inf
-        for edge in range(3):
-            if y_start[edge] <= y < y_end[edge]:
-                x = x_start[edge] + (y - y_start[edge]) * slope[edge]
-                x_low = min(x_low, x)
-                x_high = max(x_high, x)
-        first, last = _first_sample(x_low - left, width), _first_sample(x_high - left, width)
-        if last <= first:
-            continue
+        one = x0 + (y - y0) * slope
+        other = x0 + (y - y0) * upper_slope if row < middle_row else x1 + (y - y1) * lower_slope
+        first, last = first_sample(min(one, other) - left, width), first_sample(max(one, other) - left, width)
         row_constant = depth_y * y + depth_constant + depth_x * (left + 0.5)
         for column in range(first, last):
             near = np.float32(depth_x * column + row_constant)
@@ -223,22 +125,44 @@ def _resolve(owner, planes, left, top, supersampling, colour, alpha):
     total = np.empty(channels)
     for row in range(owner.shape[0] // supersampling):
         for column in range(owner.shape[1] // supersampling):
-            covered = 0
+            covered, before = 0, -1
             total[:] = 0.0
+            # Σ (a·x + b·y + c)·depth = a·Σ x·depth + b·Σ y·depth + c·Σ depth over the samples that a triangle has in
+            # a row: its colours need be looked at only where another one follows.
+            depths, depths_x, depths_y = 0.0, 0.0, 0.0
+            near_x, near_y, near_constant = 0.0, 0.0, 0.0
             for sample_row in range(row * supersampling, (row + 1) * supersampling):
                 y = sample_row + top + 0.5
                 for sample_column in range(column * supersampling, (column + 1) * supersampling):
                     triangle = owner[sample_row, sample_column]
+                    if triangle != before:
+                        if before >= 0:
+                            _add_colours(planes, before, depths_x, depths_y, depths, total)
+                        depths, depths_x, depths_y = 0.0, 0.0, 0.0
+                        if triangle >= 0:
+                            near_x, near_y = planes[triangle, 0, 0], planes[triangle, 0, 1]
+                            near_constant = planes[triangle, 0, 2]
+                        before = triangle
                     if triangle < 0:
                         continue
                     x = sample_column + left + 0.5
-                    depth = 1.0 / (planes[triangle, 0, 0] * x + planes[triangle, 0, 1] * y + planes[triangle, 0, 2])
-                    for channel in range(1, channels + 1):
-                        value = planes[triangle, channel, 0] * x + planes[triangle, channel, 1] * y
-                        total[channel - 1] += (value + planes[triangle, channel, 2]) * depth
+                    depth = 1.0 / (near_x * x + near_y * y + near_constant)
+                    depths += depth
+                    depths_x += x * depth
+                    depths_y += y * depth
                     covered += 1
+            if before >= 0:
+                _add_colours(planes, before, depths_x, depths_y, depths, total)
             if covered:
                 pixel_row, pixel_column = row + top // supersampling, column + left // supersampling
                 alpha[pixel_row, pixel_column] = covered * weight
                 for channel in range(channels):
                     colour[pixel_row, pixel_column, channel] = total[channel] * weight
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_colours(planes, triangle, depths_x, depths_y, depths, total):
+    for channel in range(total.shape[0]):
+        row = channel + 1
+        along = planes[triangle, row, 0] * depths_x + planes[triangle, row, 1] * depths_y
+        total[channel] += along + planes[triangle, row, 2] * depths

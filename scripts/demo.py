@@ -19,11 +19,11 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from imaging.srgb import decode_table, encode
 from trainer.config import SceneConfig
 from trainer.data.meshes import load_mesh, mesh_files
 from trainer.data.picture import draw
 from trainer.data.shapes.solid import Mesh
-from trainer.data.srgb import decode_table, encode
 from trainer.data.writing import write_bytes, write_png
 from trainer.evaluation.sheet import write_sheet
 
@@ -46,12 +46,12 @@ def main() -> int:
 
     with timed("render", seconds):
         for seed, (name, count) in enumerate((("train", arguments.pictures), ("validation", 200), ("test", 200))):
-            run("trainer", "render", "--category", CATEGORY, "--seed", seed, "--instances", count,
+            run("trainer", "render", "--class", CATEGORY, "--seed", seed, "--instances", count,
                 "--output", out / "pictures" / name)  # fmt: skip
     with timed("train", seconds):
         steps = ["--optimiser.steps", arguments.steps] if arguments.steps else []
         run("trainer", "train", "--preset", "demo", "--images", out / "pictures/train", "--run", out / "run",
-            "--category", CATEGORY, *steps)  # fmt: skip
+            "--class", CATEGORY, *steps)  # fmt: skip
     judged = ["trainer", "evaluate", "--checkpoint", out / "run", "--validation", out / "pictures/validation"]
     with timed("evaluate", seconds):
         run(*judged, "--images", out / "pictures/test", "--output", out / "evaluation")
@@ -59,7 +59,7 @@ def main() -> int:
             run(*judged, "--meshes", arguments.real_meshes, "--output", out / "evaluation_real")
     with timed("export", seconds):
         run("exporter", "--checkpoint", out / "run", "--output", out / "models" / CATEGORY,
-            "--metrics", out / "evaluation/metrics.json")  # fmt: skip
+            "--metrics", out / "evaluation/metrics.json", "--images", out / "pictures/validation")  # fmt: skip
         run("trainer", "sample", "--checkpoint", out / "run", "--output", out / "samples.png")
     unseen = {"test": sorted((out / "pictures/test").rglob("*.png"))[0]}
     if real:

@@ -1,16 +1,13 @@
 """python -m service: serve bundles over HTTP."""
 
-import signal
 import socket
 import sys
-from types import FrameType
 
 import tyro
-import uvicorn
 
-from service.app import create_app
 from service.catalogue import read_catalogue
 from service.errors import BundleError, SettingsError
+from service.serving import serve, serve_in_processes
 from service.settings import Settings, check_settings, environment_settings
 
 
@@ -25,7 +22,9 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 2
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    with socket.socket(family) as listener:
+    # asyncio sends what is written at once only where a socket says that its protocol is TCP. Else the kernel keeps a
+    # body back until the client has confirmed the head, which takes 40 ms on a connection that is kept open.
+    with socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((settings.host, settings.port))
@@ -39,18 +38,12 @@ def main() -> int:
             )
             return 2
         host = f"[{settings.host}]" if family == socket.AF_INET6 else settings.host
-        names = ", ".join(bundle.manifest.category for bundle in catalogue.bundles)
+        names = ", ".join(catalogue.names)
         print(f"serving {names} at http://{host}:{listener.getsockname()[1]} (documentation: /docs)", flush=True)
-        config = uvicorn.Config(create_app(catalogue, settings), log_level="warning", server_header=False)
-        # uvicorn finishes what it began, and then raises the signal that stopped it once more.
-        signal.signal(signal.SIGINT, _leave)
-        signal.signal(signal.SIGTERM, _leave)
-        uvicorn.Server(config).run(sockets=[listener])
+        if settings.workers > 1:
+            return serve_in_processes(listener, settings)
+        serve(listener, catalogue, settings)
     return 0
-
-
-def _leave(_: int, __: FrameType | None) -> None:
-    raise SystemExit(0)
 
 
 if __name__ == "__main__":

@@ -26,15 +26,14 @@ from service.manifest import (
     DECODER_OUTPUTS,
     ENCODER_FILE,
     ENCODER_INPUT,
-    ENCODER_OUTPUTS,
     PROBE_FILE,
     Manifest,
     decode_manifest,
+    encoder_outputs,
     tensor_shapes,
 )
 
 MANIFEST_FILE: Final = "manifest.json"
-PROBE_ARRAYS: Final = (ENCODER_INPUT, *ENCODER_OUTPUTS, DECODER_INPUT, *DECODER_OUTPUTS)
 LARGEST_PROBE_BATCH: Final = 16
 
 _LARGEST_BYTES: Final = {
@@ -47,13 +46,18 @@ _LARGEST_BYTES: Final = {
 
 @dataclass(frozen=True)
 class Bundle:
-    """A bundle in memory, its digests verified; `probe` maps each name of PROBE_ARRAYS to a float32 array [N, ...]."""
+    """A bundle in memory, its digests verified; `probe` maps names of `probe_arrays` to float32 arrays [N, ...]."""
 
     path: Path
     manifest: Manifest
     encoder: bytes
     decoder: bytes
     probe: dict[str, NDArray[np.float32]]
+
+
+def probe_arrays(manifest: Manifest) -> tuple[str, ...]:
+    """The names of a probe's arrays: inputs and outputs of both graphs."""
+    return ENCODER_INPUT, *encoder_outputs(manifest), DECODER_INPUT, *DECODER_OUTPUTS
 
 
 def read_bundle(directory: Path) -> Bundle:
@@ -102,20 +106,20 @@ def _open_without_surprise(path: str, flags: int) -> int:
 
 
 def _read_probe(content: bytes, manifest: Manifest, where: str) -> dict[str, NDArray[np.float32]]:
-    shapes = tensor_shapes(manifest)
+    shapes, names = tensor_shapes(manifest), probe_arrays(manifest)
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
         raise BundleError(f"{where}: expected an .npz archive, found: {error}; export the bundle again") from None
     with archive:
         found = sorted(archive.namelist())
-        expected = sorted(f"{name}.npy" for name in PROBE_ARRAYS)
+        expected = sorted(f"{name}.npy" for name in names)
         if found != expected:
             raise BundleError(
                 f"{where}: expected the arrays {', '.join(expected)}, found {', '.join(found)[:200]}; "
                 "export the bundle again"
             )
-        arrays = {name: _read_array(archive, name, shapes[name], where) for name in PROBE_ARRAYS}
+        arrays = {name: _read_array(archive, name, shapes[name], where) for name in names}
     batches = {len(array) for array in arrays.values()}
     if len(batches) != 1:
         raise BundleError(

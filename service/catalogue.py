@@ -16,21 +16,30 @@ class Catalogue:
     """
 
     bundles: tuple[Bundle, ...]
+    """Those that are still to be loaded."""
     engines: dict[str, Engine] = field(default_factory=dict)
-    failure: str | None = None
+    failures: dict[str, str] = field(default_factory=dict)
+    """Why a category is not served."""
+    names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.names = tuple(sorted(bundle.manifest.category for bundle in self.bundles))
 
     @property
     def ready(self) -> bool:
         """Whether every bundle's probe agreed."""
-        return len(self.engines) == len(self.bundles)
+        return len(self.engines) == len(self.names)
 
     def load(self) -> None:
-        """Make an engine of every bundle. A bundle that fails leaves its sentence in `failure`, and the rest serve."""
-        for bundle in self.bundles:
+        """Make an engine of every bundle. A bundle that fails leaves its sentence in `failures`, and the rest serve."""
+        # One by one, so that a graph's bytes are let go as soon as its engine holds them.
+        while self.bundles:
+            bundle = self.bundles[0]
             try:
                 self.engines[bundle.manifest.category] = load_engine(bundle)
             except BundleError as error:
-                self.failure = self.failure or str(error)
+                self.failures[bundle.manifest.category] = str(error)
+            self.bundles = self.bundles[1:]
 
     def engine(self, category: str | None) -> Engine:
         """The engine of a category; without a name, that of the only bundle.
@@ -39,18 +48,30 @@ class Catalogue:
             CategoryError: no bundle serves the category, or none is named and there are several.
             NotReadyError: the category's bundle is not proven.
         """
-        names = sorted(bundle.manifest.category for bundle in self.bundles)
-        if category is None and len(names) > 1:
-            raise CategoryError(f"expected a category, one of {', '.join(names)}, found none; name one")
-        wanted = names[0] if category is None else category
-        if wanted not in names:
-            raise CategoryError(
-                f"expected one of {', '.join(names)}, found category “{wanted[:64]}”; name one of those"
-            )
+        names = ", ".join(self.names)
+        if category is None and len(self.names) != 1:
+            raise CategoryError(f"expected a category, one of {names}, found none; name one")
+        wanted = self.names[0] if category is None else category
+        if wanted not in self.names:
+            raise CategoryError(f"expected one of {names}, found category “{wanted[:64]}”; name one of those")
         found = self.engines.get(wanted)
         if found is None:
-            raise NotReadyError(self.failure or f"the model of {wanted} is being loaded; try again in a second")
+            raise NotReadyError(
+                self.failures.get(wanted, f"the model of {wanted} is being loaded; try again in a second")
+            )
         return found
+
+    def all_engines(self) -> list[Engine]:
+        """The engines of all categories, by name; without those whose bundles failed.
+
+        Raises:
+            NotReadyError: some are still being loaded, or none is left.
+        """
+        if len(self.engines) + len(self.failures) < len(self.names):
+            raise NotReadyError("the models are being loaded; try again in a second")
+        if not self.engines:
+            raise NotReadyError("; ".join(self.failures.values()) or "there is no model; export one, and name it")
+        return [self.engines[name] for name in sorted(self.engines)]
 
 
 def read_catalogue(directory: Path) -> Catalogue:

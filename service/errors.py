@@ -5,8 +5,10 @@ ServiceError
 ├── BundleError             a directory that is not a bundle this service can trust
 ├── ImageError              a picture that cannot be decoded
 │   ├── ImageFormatError    not one of the formats that are read
-│   └── ImageTooLargeError  more pixels than are allowed
+│   ├── ImageTooLargeError  more pixels than are allowed
+│   └── StrangeImageError   no model explains it
 ├── CategoryError           a category that is missing, or that no bundle serves
+├── ShapeCodeError          a shape code that is none of the model's
 ├── NotReadyError           the bundles are not loaded and proven yet
 └── InferenceError          a graph gave something that is no mesh
 """
@@ -36,7 +38,15 @@ class ImageTooLargeError(ImageError):
     pass
 
 
+class StrangeImageError(ImageError):
+    pass
+
+
 class CategoryError(ServiceError):
+    pass
+
+
+class ShapeCodeError(ServiceError):
     pass
 
 

@@ -1,7 +1,11 @@
 """Writing a mesh with its camera and lights as a GLB file (glTF 2.0, section 4: binary container)."""
 
 import json
+import math
 import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -18,41 +22,109 @@ _ARRAY_BUFFER: Final = 34962
 _ELEMENT_ARRAY_BUFFER: Final = 34963
 _JSON_CHUNK: Final = 0x4E4F534A
 _BINARY_CHUNK: Final = 0x004E4942
+_SPACING: Final = 1.15
+"""From the middle of one of several objects to the next one's, diagonals."""
 
 
-def write_glb(surface: Surface, manifest: Manifest, azimuth: float, extras: dict[str, Any]) -> bytes:
+def write_glb(
+    surface: Surface,
+    manifest: Manifest,
+    azimuth: float,
+    extras: dict[str, Any],
+    light_azimuth: float = 0.0,
+    further_azimuths: Sequence[float] = (),
+) -> bytes:
     """A GLB of the surface in its own frame (+Z front), seen by its picture's camera under its picture's lights.
 
-    `azimuth` is the object's turn in that picture, radians. A block of the manifest is a node; `extras` stands on the
+    `azimuth` is the object's turn in that picture, `light_azimuth` that of the lights, radians; each of
+    `further_azimuths` adds the camera of another picture. A block of the manifest is a node; `extras` stands on the
     scene. The material is white, matt and double-sided, and has no specular part: it shades as the model does.
     """
+    names = [block.name for block in manifest.blocks]
+    blocks = [{"name": name, "mesh": number} for number, name in enumerate(names)]
+    lights = light_nodes(manifest.lights, azimuth, light_azimuth)
+    cameras = [
+        {**camera_node(manifest.camera, turn), "name": "camera" if number == 1 else f"camera {number}"}
+        for number, turn in enumerate((azimuth, *further_azimuths), 1)
+    ]
+    nodes = [*blocks, *cameras, *lights]
+    return _write([surface], [names], manifest, nodes, range(len(nodes)), extras)
+
+
+def write_row_glb(
+    surfaces: Sequence[Surface],
+    names: Sequence[str],
+    manifest: Manifest,
+    azimuth: float,
+    extras: dict[str, Any],
+) -> bytes:
+    """A GLB of several surfaces side by side, row behind row, each a node with a name of its own and its blocks below.
+
+    The camera stands as for one of them, turned by `azimuth`, and so far away that all are seen. Otherwise as
+    `write_glb`.
+    """
+    count, blocks = len(surfaces), len(manifest.blocks)
+    across = math.ceil(math.sqrt(count))
+    stands = [
+        {
+            "name": name,
+            "translation": _place(number, across, math.ceil(count / across)),
+            "children": [count + blocks * number + block for block in range(blocks)],
+        }
+        for number, name in enumerate(names)
+    ]
+    mesh_names = [[f"{name} {block.name}" for block in manifest.blocks] for name in names]
+    parts = [{"name": name, "mesh": number} for number, name in enumerate(chain.from_iterable(mesh_names))]
+    camera = replace(manifest.camera, distance=manifest.camera.distance * _SPACING * across)
+    others = [camera_node(camera, azimuth), *light_nodes(manifest.lights, azimuth, 0.0)]
+    roots = [*range(count), *range(count + len(parts), count + len(parts) + len(others))]
+    return _write(surfaces, mesh_names, manifest, [*stands, *parts, *others], roots, extras)
+
+
+def _place(number: int, across: int, rows: int) -> list[float]:
+    """Where one of several objects stands: from left to right, from the back to the front."""
+    row, column = divmod(number, across)
+    return [_SPACING * (column - (across - 1) / 2), 0.0, _SPACING * (row - (rows - 1) / 2)]
+
+
+def _write(
+    surfaces: Sequence[Surface],
+    mesh_names: Sequence[Sequence[str]],
+    manifest: Manifest,
+    nodes: list[dict[str, Any]],
+    roots: Iterable[int],
+    extras: dict[str, Any],
+) -> bytes:
+    """The file: a mesh for each surface and block, in that order; all share the faces."""
     faces = _faces(manifest)
-    vertices = np.ascontiguousarray(surface.vertices, "<f4").tobytes()
-    normals = np.ascontiguousarray(surface.normals, "<f4").tobytes()
+    vertices = np.ascontiguousarray([surface.vertices for surface in surfaces], "<f4").tobytes()
+    normals = np.ascontiguousarray([surface.normals for surface in surfaces], "<f4").tobytes()
     indices = faces.tobytes()
     buffer = _pad(vertices + normals + indices, b"\0")
-    blocks = [{"name": block.name, "mesh": number} for number, block in enumerate(manifest.blocks)]
-    lights = light_nodes(manifest.lights, azimuth)
-    nodes = [*blocks, camera_node(manifest.camera, azimuth), *lights]
+    lit = ["KHR_lights_punctual"] if manifest.lights else []
     document = {
         "asset": {"version": "2.0", "generator": "chiaro"},
-        "extensionsUsed": ["KHR_materials_specular", *(["KHR_lights_punctual"] if lights else [])],
+        "extensionsUsed": ["KHR_materials_specular", *lit],
         "scene": 0,
-        "scenes": [{"name": manifest.category, "nodes": list(range(len(nodes))), "extras": extras}],
+        "scenes": [{"name": manifest.category, "nodes": list(roots), "extras": extras}],
         "nodes": nodes,
         "cameras": [perspective(manifest.camera, manifest.picture.width / manifest.picture.height)],
         "meshes": [
-            {
-                "name": block.name,
-                "primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2 + number, "material": 0}],
-            }
-            for number, block in enumerate(manifest.blocks)
+            {"name": name, "primitives": [_primitive(2 * surface, 2 * len(surfaces) + block)]}
+            for surface, names in enumerate(mesh_names)
+            for block, name in enumerate(names)
         ],
         "materials": [_material(manifest)],
-        "accessors": _accessors(surface, manifest, faces.itemsize),
+        "accessors": _accessors(surfaces, manifest, faces.itemsize),
         "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": len(vertices), "target": _ARRAY_BUFFER},
-            {"buffer": 0, "byteOffset": len(vertices), "byteLength": len(normals), "target": _ARRAY_BUFFER},
+            {"buffer": 0, "byteOffset": 0, "byteLength": len(vertices), "byteStride": 12, "target": _ARRAY_BUFFER},
+            {
+                "buffer": 0,
+                "byteOffset": len(vertices),
+                "byteLength": len(normals),
+                "byteStride": 12,
+                "target": _ARRAY_BUFFER,
+            },
             {
                 "buffer": 0,
                 "byteOffset": len(vertices) + len(normals),
@@ -62,9 +134,13 @@ def write_glb(surface: Surface, manifest: Manifest, azimuth: float, extras: dict
         ],
         "buffers": [{"byteLength": len(buffer)}],
     }
-    if lights:
+    if lit:
         document["extensions"] = {"KHR_lights_punctual": {"lights": directional_lights(manifest.lights)}}
     return _pack(document, buffer)
+
+
+def _primitive(first: int, indices: int) -> dict[str, Any]:
+    return {"attributes": {"POSITION": first, "NORMAL": first + 1}, "indices": indices, "material": 0}
 
 
 def _faces(manifest: Manifest) -> NDArray[np.unsignedinteger[Any]]:
@@ -87,17 +163,21 @@ def _material(manifest: Manifest) -> dict[str, Any]:
     }
 
 
-def _accessors(surface: Surface, manifest: Manifest, index_bytes: int) -> list[dict[str, Any]]:
+def _accessors(surfaces: Sequence[Surface], manifest: Manifest, index_bytes: int) -> list[dict[str, Any]]:
+    vector = {"componentType": _FLOAT, "count": manifest.vertices, "type": "VEC3"}
     vectors = [
-        {
-            "bufferView": 0,
-            "componentType": _FLOAT,
-            "count": manifest.vertices,
-            "type": "VEC3",
-            "min": surface.vertices.min(0).tolist(),
-            "max": surface.vertices.max(0).tolist(),
-        },
-        {"bufferView": 1, "componentType": _FLOAT, "count": manifest.vertices, "type": "VEC3"},
+        accessor
+        for number, surface in enumerate(surfaces)
+        for accessor in (
+            {
+                **vector,
+                "bufferView": 0,
+                "byteOffset": 12 * manifest.vertices * number,
+                "min": surface.vertices.min(0).tolist(),
+                "max": surface.vertices.max(0).tolist(),
+            },
+            {**vector, "bufferView": 1, "byteOffset": 12 * manifest.vertices * number},
+        )
     ]
     indices = [
         {

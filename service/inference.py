@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -17,8 +17,8 @@ from service.manifest import (
     DECODER_OUTPUTS,
     ENCODER_FILE,
     ENCODER_INPUT,
-    ENCODER_OUTPUTS,
     Manifest,
+    encoder_outputs,
     tensor_shapes,
 )
 
@@ -35,6 +35,22 @@ class Engine:
     manifest: Manifest
     encoder: Any
     decoder: Any
+    faces: NDArray[np.int64]
+    """The manifest's faces [F, 3]."""
+    latent_activity: tuple[float, ...]
+    """How far vertices move (root mean square, diagonals) as a number of the shape code goes from −1 to 1 [Z]."""
+
+
+@dataclass(frozen=True)
+class LightPosterior:
+    """What a picture says about the turn λ of its lights; angles in radians."""
+
+    probabilities: Array
+    """Probability of each coarse bin [L]."""
+    fine_mean: float
+    fine_deviation: float
+    azimuth: float
+    """Centre of the most probable bin plus the fine mean, in [0, π]."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +67,8 @@ class Posterior:
     azimuth_fine_deviation: float
     azimuth: float
     """Centre of the most probable bin plus the fine mean, in [-π, π)."""
+    light: LightPosterior | None
+    """None where the lights are fixed."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +87,12 @@ def load_engine(bundle: Bundle) -> Engine:
             does not reproduce the bundle's probe.
     """
     shapes = tensor_shapes(bundle.manifest)
-    encoder = _session(bundle.encoder, f"{bundle.path / ENCODER_FILE}", [ENCODER_INPUT], ENCODER_OUTPUTS, shapes)
+    outputs = encoder_outputs(bundle.manifest)
+    encoder = _session(bundle.encoder, f"{bundle.path / ENCODER_FILE}", [ENCODER_INPUT], outputs, shapes)
     decoder = _session(bundle.decoder, f"{bundle.path / DECODER_FILE}", [DECODER_INPUT], DECODER_OUTPUTS, shapes)
-    engine = Engine(bundle.manifest, encoder, decoder)
+    engine = Engine(bundle.manifest, encoder, decoder, np.array(bundle.manifest.faces, np.int64), ())
     _check_probe(engine, bundle)
-    return engine
+    return replace(engine, latent_activity=_latent_activity(engine))
 
 
 def encode(engine: Engine, image: Array) -> Posterior:
@@ -82,16 +101,24 @@ def encode(engine: Engine, image: Array) -> Posterior:
     Raises:
         InferenceError: the graph failed, or gave numbers that are not finite.
     """
-    mean, deviation, probabilities, fine_mean, fine_deviation, azimuth = _run(
-        engine.encoder, ENCODER_OUTPUTS, {ENCODER_INPUT: image[None]}
-    )
+    outputs = encoder_outputs(engine.manifest)
+    found = dict(zip(outputs, _run(engine.encoder, outputs, {ENCODER_INPUT: image[None]}), strict=True))
+    light = None
+    if "light_azimuth" in found:
+        light = LightPosterior(
+            probabilities=found["light_probabilities"][0],
+            fine_mean=float(found["light_fine_mean"][0]),
+            fine_deviation=float(found["light_fine_deviation"][0]),
+            azimuth=float(found["light_azimuth"][0]),
+        )
     return Posterior(
-        shape_mean=mean[0],
-        shape_deviation=deviation[0],
-        azimuth_probabilities=probabilities[0],
-        azimuth_fine_mean=float(fine_mean[0]),
-        azimuth_fine_deviation=float(fine_deviation[0]),
-        azimuth=float(azimuth[0]),
+        shape_mean=found["shape_mean"][0],
+        shape_deviation=found["shape_deviation"][0],
+        azimuth_probabilities=found["azimuth_probabilities"][0],
+        azimuth_fine_mean=float(found["azimuth_fine_mean"][0]),
+        azimuth_fine_deviation=float(found["azimuth_fine_deviation"][0]),
+        azimuth=float(found["azimuth"][0]),
+        light=light,
     )
 
 
@@ -105,10 +132,18 @@ def decode(engine: Engine, shape_code: Array) -> Surface:
     return Surface(vertices[0], normals[0])
 
 
-def sample_shape_code(seed: int, latent: int) -> Array:
-    """A shape code [Z] from the prior N(0, I); the same seed in 0..2³²−1 gives the same code on every machine."""
+def pool(posteriors: Sequence[Posterior]) -> tuple[Array, Array]:
+    """Mean and deviation of the shape code [Z] of an object in several pictures: number by number the largest over all
+    of them, as training pools them (section 4 of the paper, "Shape")."""
+    mean = np.max([posterior.shape_mean for posterior in posteriors], axis=0)
+    return mean, np.max([posterior.shape_deviation for posterior in posteriors], axis=0)
+
+
+def sample_shape_code(seed: int, latent: int, temperature: float = 1.0) -> Array:
+    """A shape code [Z] from N(0, temperature² I), the prior at temperature 1; the same seed in 0..2³²−1 gives the same
+    code on every machine."""
     # RandomState's streams are frozen by NumPy (NEP 19); those of Generator may change with a release.
-    return np.random.RandomState(seed).standard_normal(latent).astype(np.float32)
+    return (temperature * np.random.RandomState(seed).standard_normal(latent)).astype(np.float32)
 
 
 def _session(
@@ -118,6 +153,8 @@ def _session(
     # One thread a request: requests run beside each other, and onnxruntime's threads spin while they wait.
     options.intra_op_num_threads = 1
     options.inter_op_num_threads = 1
+    # onnxruntime would keep the memory of every model's largest moment; thirteen models then need 45 MB more.
+    options.enable_cpu_mem_arena = False
     options.log_severity_level = 4
     # Weights stand inside the graph: a reference to another file finds an impossible folder.
     options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
@@ -127,6 +164,8 @@ def _session(
         raise BundleError(
             f"{where}: expected a graph that onnxruntime can load, found: {_first_line(error)}; export the bundle again"
         ) from None
+    # It keeps the graph for a change of providers, of which there is one: thirteen models would take 55 MB more.
+    session._model_bytes = b""
     found = {tensor.name: tensor for tensor in (*session.get_inputs(), *session.get_outputs())}
     if {t.name for t in session.get_inputs()} != set(inputs) or {t.name for t in session.get_outputs()} != set(outputs):
         raise BundleError(
@@ -156,24 +195,13 @@ def _run(session: Any, outputs: Sequence[str], feed: dict[str, Array]) -> list[A
 
 def _check_probe(engine: Engine, bundle: Bundle) -> None:
     """The graphs must give on this machine what they gave where they were exported."""
-    probe = bundle.probe
+    probe, outputs = bundle.probe, encoder_outputs(bundle.manifest)
     try:
-        found = dict(
-            zip(
-                ENCODER_OUTPUTS,
-                _run(engine.encoder, ENCODER_OUTPUTS, {ENCODER_INPUT: probe[ENCODER_INPUT]}),
-                strict=True,
-            )
-        )
-        found.update(
-            zip(
-                DECODER_OUTPUTS,
-                _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: probe[DECODER_INPUT]}),
-                strict=True,
-            )
-        )
+        encoded = _run(engine.encoder, outputs, {ENCODER_INPUT: probe[ENCODER_INPUT]})
+        decoded = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: probe[DECODER_INPUT]})
     except InferenceError as error:
         raise BundleError(f"{bundle.path}: {error}") from error
+    found = dict(zip((*outputs, *DECODER_OUTPUTS), (*encoded, *decoded), strict=True))
     for name, result in found.items():
         difference = np.abs(result - probe[name]) if result.shape == probe[name].shape else np.array(math.inf)
         if name == "azimuth":
@@ -191,6 +219,17 @@ def _check_probe(engine: Engine, bundle: Bundle) -> None:
             f"{bundle.path}: expected unit normals, found lengths of {lengths.min():.3g} to "
             f"{lengths.max():.3g}; export the bundle again"
         )
+
+
+def _latent_activity(engine: Engine) -> tuple[float, ...]:
+    latent = engine.manifest.latent
+    activity = []
+    for dimension in range(latent):
+        ends = np.zeros((2, latent), np.float32)
+        ends[:, dimension] = -1, 1
+        vertices = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: ends})[0].astype(np.float64)
+        activity.append(float(np.sqrt(((vertices[1] - vertices[0]) ** 2).sum(-1).mean())))
+    return tuple(activity)
 
 
 def _first_line(error: Exception) -> str:

@@ -29,6 +29,8 @@ ENCODER_OUTPUTS: Final = (
     "azimuth_fine_deviation",
     "azimuth",
 )
+LIGHT_OUTPUTS: Final = ("light_probabilities", "light_fine_mean", "light_fine_deviation", "light_azimuth")
+"""What the encoder returns besides, where the light varies."""
 DECODER_INPUT: Final = "shape_codes"
 DECODER_OUTPUTS: Final = ("vertices", "normals")
 
@@ -100,6 +102,26 @@ class Block:
 
 
 @dataclass(frozen=True, config=_STRICT)
+class Errors:
+    """Re-render errors (`service.explanation`) of a model on pictures of its class that it has not been trained on."""
+
+    median: Annotated[float, Field(ge=0)]
+    high: Annotated[float, Field(ge=0)]
+    """One in twenty is above this."""
+
+
+@dataclass(frozen=True, config=_STRICT)
+class HeldOut:
+    """What a picture of the class costs the model, so that others can be told from it."""
+
+    pictures: Count
+    framed: Errors | None
+    """Of pictures in the model's own frame; None where there were none."""
+    fitted: Errors | None
+    """Of pictures whose object was cut out and framed."""
+
+
+@dataclass(frozen=True, config=_STRICT)
 class Manifest:
     """Everything that the service knows about a model beside its graphs."""
 
@@ -126,6 +148,11 @@ class Manifest:
     """sha256 of every other file of the bundle."""
     blocks: Annotated[tuple[Block, ...], Field(min_length=1, max_length=1024)]
     faces: Annotated[tuple[tuple[Index, Index, Index], ...], Field(min_length=1, max_length=2_000_000)]
+    light_bin_centres_degrees: Annotated[tuple[Degrees, ...], Field(max_length=3600)] = ()
+    """Centres of the coarse bins of λ, by which all lights are turned together, right-handed about +Y and before the
+    camera. None where the lights are fixed: the encoder then returns nothing about them."""
+    held_out: HeldOut | None = None
+    """None where the exporter had no pictures: no picture is then told from one of the class."""
 
 
 _ADAPTER = TypeAdapter(Manifest)
@@ -136,8 +163,13 @@ def model_identity(digests: Mapping[str, str]) -> str:
     return hashlib.sha256(f"{digests[ENCODER_FILE]} {digests[DECODER_FILE]}".encode()).hexdigest()
 
 
+def encoder_outputs(manifest: Manifest) -> tuple[str, ...]:
+    """The names of what the encoder returns, in order."""
+    return ENCODER_OUTPUTS + (LIGHT_OUTPUTS if manifest.light_bin_centres_degrees else ())
+
+
 def tensor_shapes(manifest: Manifest) -> dict[str, tuple[int, ...]]:
-    """The shape, without the batch axis, of every input and output of the two graphs."""
+    """The shape, without the batch axis, of every input and output that the two graphs can have."""
     return {
         "images": (3, manifest.picture.height, manifest.picture.width),
         "shape_mean": (manifest.latent,),
@@ -146,6 +178,10 @@ def tensor_shapes(manifest: Manifest) -> dict[str, tuple[int, ...]]:
         "azimuth_fine_mean": (),
         "azimuth_fine_deviation": (),
         "azimuth": (),
+        "light_probabilities": (len(manifest.light_bin_centres_degrees),),
+        "light_fine_mean": (),
+        "light_fine_deviation": (),
+        "light_azimuth": (),
         "shape_codes": (manifest.latent,),
         "vertices": (manifest.vertices, 3),
         "normals": (manifest.vertices, 3),
@@ -181,34 +217,33 @@ def decode_manifest(text: bytes, where: str) -> Manifest:
         field = ".".join(str(part) for part in first["loc"]) or "the whole file"
         found = str(first["input"])[:60]
         raise BundleError(f"{where}: {field}: {first['msg']}, found {found}; export the bundle again") from None
-    _check_consistency(manifest, where)
+    if fault := _contradiction(manifest):
+        raise BundleError(f"{where}: {fault}; export the bundle again")
     return manifest
 
 
-def _check_consistency(manifest: Manifest, where: str) -> None:
+def _contradiction(manifest: Manifest) -> str | None:
+    """What in a manifest does not go together."""
     if set(manifest.files) != set(DATA_FILES):
-        raise BundleError(
-            f"{where}: files should name just {', '.join(DATA_FILES)}, found {', '.join(sorted(manifest.files))[:99]}; "
-            "export the bundle again"
-        )
+        return f"files should name just {', '.join(DATA_FILES)}, found {', '.join(sorted(manifest.files))[:99]}"
     if manifest.identity != model_identity(manifest.files):
-        raise BundleError(f"{where}: identity does not belong to the graphs' digests; export the bundle again")
+        return "identity does not belong to the graphs' digests"
+    held_out = manifest.held_out
+    for errors in (held_out.framed, held_out.fitted) if held_out else ():
+        if errors and not errors.median < errors.high:
+            return f"held_out: expected a median below the high error, found {errors.median:g} and {errors.high:g}"
     highest = max(max(face) for face in manifest.faces)
     if highest >= manifest.vertices:
-        raise BundleError(
-            f"{where}: faces should refer to vertices 0 to {manifest.vertices - 1}, found {highest}; "
-            "export the bundle again"
-        )
+        return f"faces should refer to vertices 0 to {manifest.vertices - 1}, found {highest}"
+    return _block_contradiction(manifest)
+
+
+def _block_contradiction(manifest: Manifest) -> str | None:
     expected_first = 0
     for block in manifest.blocks:
         if block.first_face != expected_first:
-            raise BundleError(
-                f"{where}: block {block.name} should begin at face {expected_first}, found {block.first_face}; "
-                "export the bundle again"
-            )
+            return f"block {block.name} should begin at face {expected_first}, found {block.first_face}"
         expected_first += block.face_count
     if expected_first != len(manifest.faces):
-        raise BundleError(
-            f"{where}: the blocks should cover {len(manifest.faces)} faces, found {expected_first}; "
-            "export the bundle again"
-        )
+        return f"the blocks should cover {len(manifest.faces)} faces, found {expected_first}"
+    return None

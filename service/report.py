@@ -4,14 +4,7 @@ Azimuths and lights are relative to the picture's camera: an azimuth of 0 shows 
 stands on the camera's side. Angles are degrees, colours linear RGB.
 """
 
-import math
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
-
-from service.inference import Posterior
-from service.manifest import Manifest
 
 
 @dataclass(frozen=True)
@@ -35,10 +28,23 @@ class LightReport:
 
 @dataclass(frozen=True)
 class BinReport:
-    """A coarse bin of the azimuth."""
+    """A coarse bin of an azimuth: the object's, or the lights'."""
 
     azimuth_degrees: float
     probability: float
+
+
+@dataclass(frozen=True)
+class LightPosteriorReport:
+    """What is known of the turn of the lights: a coarse bin, and a normal distribution around its centre."""
+
+    confidence: float
+    """Probability of the most probable bin."""
+    bins: tuple[BinReport, ...]
+    entropy_nats: float
+    """Entropy of the bins: 0 is certain, the logarithm of their number is no idea."""
+    fine_mean_degrees: float
+    fine_deviation_degrees: float
 
 
 @dataclass(frozen=True)
@@ -55,11 +61,43 @@ class PosteriorReport:
     azimuth_fine_deviation_degrees: float
     shape_deviation: tuple[float, ...]
     """Standard deviation of each number of the shape code."""
+    light: LightPosteriorReport | None
+    """Null where the model knows its lights."""
+
+
+@dataclass(frozen=True)
+class HypothesisReport:
+    """A turn that the object may have; its bin's centre plus the fine mean."""
+
+    azimuth_degrees: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class ViewReport:
+    """What was found in one of the pictures."""
+
+    azimuth_degrees: float
+    azimuth_confidence: float
+    azimuth_entropy_nats: float
+    hypotheses: tuple[HypothesisReport, ...]
+    light_azimuth_degrees: float
+    out_of_class_score: float | None
+
+
+@dataclass(frozen=True)
+class InterpolationReport:
+    """A shape between those of two seeds: (1 − t) · from + t · to, number by number."""
+
+    from_seed: int
+    to_seed: int
+    t: float
 
 
 @dataclass(frozen=True)
 class Report:
-    """What was found in a picture, or drawn from a seed."""
+    """What was found in pictures, or made of a seed or a shape code. Pose, lights and posterior are the first
+    picture's."""
 
     category: str
     model: str
@@ -67,62 +105,26 @@ class Report:
     azimuth_degrees: float
     """The object's turn about +Y in the picture, -180 to 180; the GLB's camera stands accordingly."""
     camera: CameraReport
+    light_azimuth_degrees: float
+    """How far all lights are turned about +Y from where the model has them, 0 to 180; 0 where it knows them."""
     lights: tuple[LightReport, ...]
+    """The lights as they are turned."""
     ambient: tuple[float, float, float]
     shape_code: tuple[float, ...]
     posterior: PosteriorReport | None
     """For a picture only."""
+    hypotheses: tuple[HypothesisReport, ...] | None
+    """The most probable turns, best first; for a picture only."""
+    out_of_class_score: float | None
+    """0: explained as well as held-out pictures of the class; 1: as badly as the worst one in twenty of them. The mean
+    over the pictures. Null where there is no picture, or the model was exported without held-out pictures."""
+    category_probabilities: dict[str, float] | None
+    """The categories, most probable first; null where the request named one, or there is only one."""
+    views: tuple[ViewReport, ...] | None
+    """One for each picture, in the order of the request; for pictures only."""
     seed: int | None
     """For a sample only."""
-
-
-def report_reconstruction(manifest: Manifest, posterior: Posterior) -> Report:
-    """The report on a picture."""
-    probabilities = posterior.azimuth_probabilities.astype(np.float64)
-    positive = probabilities[probabilities > 0]
-    bins = zip(manifest.azimuth_bin_centres_degrees, _numbers(probabilities), strict=True)
-    evidence = PosteriorReport(
-        azimuth_confidence=round(float(probabilities.max()), 7),
-        azimuth_bins=tuple(BinReport(centre, probability) for centre, probability in bins),
-        azimuth_entropy_nats=abs(round(float((positive * np.log(positive)).sum()), 6)),
-        azimuth_fine_mean_degrees=round(math.degrees(posterior.azimuth_fine_mean), 4),
-        azimuth_fine_deviation_degrees=round(math.degrees(posterior.azimuth_fine_deviation), 4),
-        shape_deviation=_numbers(posterior.shape_deviation),
-    )
-    return _report(manifest, posterior.azimuth, posterior.shape_mean, evidence, None)
-
-
-def report_sample(manifest: Manifest, seed: int, shape_code: NDArray[np.float32]) -> Report:
-    """The report on a sample, which stands with its front to the camera."""
-    return _report(manifest, 0.0, shape_code, None, seed)
-
-
-def _report(
-    manifest: Manifest,
-    azimuth: float,
-    shape_code: NDArray[np.float32],
-    posterior: PosteriorReport | None,
-    seed: int | None,
-) -> Report:
-    return Report(
-        category=manifest.category,
-        model=manifest.identity,
-        azimuth_degrees=round(math.degrees(azimuth), 4),
-        camera=CameraReport(
-            elevation_degrees=manifest.camera.elevation_degrees,
-            distance=manifest.camera.distance,
-            field_of_view_degrees=manifest.camera.field_of_view_degrees,
-            aspect_ratio=manifest.picture.width / manifest.picture.height,
-        ),
-        lights=tuple(
-            LightReport(light.azimuth_degrees, light.elevation_degrees, light.colour) for light in manifest.lights
-        ),
-        ambient=manifest.ambient,
-        shape_code=_numbers(shape_code),
-        posterior=posterior,
-        seed=seed,
-    )
-
-
-def _numbers(values: NDArray[np.floating]) -> tuple[float, ...]:
-    return tuple(round(value, 7) for value in values.astype(np.float64).tolist())
+    temperature: float | None
+    """For a sample only: its draw's standard deviation."""
+    interpolation: InterpolationReport | None
+    """For an interpolation only."""

@@ -13,7 +13,11 @@ _BOUNDS: Final = {
     "port": (0, 65535),
     "max_upload_bytes": (1024, 2**30),
     "max_pixels": (64, 10**9),
+    "upload_seconds": (1, 3600),
     "threads": (1, 256),
+    "queue": (0, 65536),
+    "deadline": (0, 3600),
+    "workers": (1, 256),
 }
 
 
@@ -32,8 +36,16 @@ class Settings(BaseSettings):
     """Largest body of a request, bytes."""
     max_pixels: int = 25_000_000
     """Largest uploaded picture, pixels."""
+    upload_seconds: float = 60.0
+    """How long a request's body may take to arrive."""
     threads: int = os.cpu_count() or 1
     """Pictures that are worked on at the same time; as many as there are cores suits best."""
+    queue: int = 64
+    """Requests that may wait for one of the threads; more are refused (429)."""
+    deadline: float = 30.0
+    """How long a request may wait for one of the threads, seconds, before it is given up (503); 0 is for ever."""
+    workers: int = 1
+    """Processes, each with threads, a queue, models and figures of its own."""
 
 
 def environment_settings() -> Settings:

@@ -37,11 +37,12 @@ def perspective(camera: Camera, aspect: float) -> dict[str, Any]:
     }
 
 
-def light_nodes(lights: Sequence[Light], azimuth: float) -> list[dict[str, Any]]:
-    """The nodes of the lights of `directional_lights`, in its order, for an object turned by `azimuth` radians."""
+def light_nodes(lights: Sequence[Light], azimuth: float, light_azimuth: float) -> list[dict[str, Any]]:
+    """The nodes of the lights of `directional_lights`, in its order, for an object turned by `azimuth` radians and
+    lights turned by `light_azimuth`."""
     nodes: list[dict[str, Any]] = []
     for number, light in enumerate(lights):
-        around = math.radians(light.azimuth_degrees) - azimuth
+        around = math.radians(light.azimuth_degrees) + light_azimuth - azimuth
         above = math.radians(light.elevation_degrees)
         for side, rotation in (("", _facing(around, above)), (" opposite", _facing(around + math.pi, -above))):
             index = len(nodes)

@@ -10,9 +10,18 @@ def main(arguments: list[str]) -> int:
         from trainer.commands.line import run  # noqa: PLC0415
 
         return run(arguments)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not _is_ctrl_c(error):
+            raise
         print("interrupted; finished files are kept, and nothing is half-written", file=sys.stderr)
         return 130
+
+
+def _is_ctrl_c(error: BaseException | None) -> bool:
+    """Also where Ctrl-C comes while a compiled kernel hands over its result: Python then raises SystemError from it."""
+    while isinstance(error, SystemError):
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)
 
 
 if __name__ == "__main__":

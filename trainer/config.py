@@ -41,6 +41,11 @@ COLOUR_RIG = (
     DirectionalLight(azimuth_degrees=270.0, elevation_degrees=35.2644, colour=(0.0, 0.0, 1.0)),
 )
 
+# "One white directional light plus a white ambient component" (section 5.3 of the paper, which gives no figures): a
+# surface that faces the light is white.
+WHITE_RIG = (DirectionalLight(azimuth_degrees=30.0, elevation_degrees=35.2644, colour=(0.8, 0.8, 0.8)),)
+WHITE_AMBIENT: Colour = (0.2, 0.2, 0.2)
+
 
 @dataclass(frozen=True)
 class SceneConfig:
@@ -66,10 +71,20 @@ class ModelConfig:
     """Dimensions of the shape code z (paper: 12, section 5)."""
     hidden: int = 32
     """Width of the decoder's hidden layer (paper: 32, Appendix A)."""
+    parameterisation: Literal["subdivision", "ortho-block", "full-block"] = "subdivision"
+    """What the decoder's output means (section 3): displacements of a `subdivision` of the cube; locations and scales
+    of upright blocks (`ortho-block`); or these and the blocks' rotations (`full-block`)."""
     segments: int = 4
-    """Segments along each edge of the subdivided cube (paper: 4, that is 98 vertices)."""
+    """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
+    blocks: int = 0
+    """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
+    light: Literal["fixed", "varying"] = "fixed"
+    """`fixed` is the scene's light, and known; `varying` lights are turned together about +Y by an angle λ of their own
+    in each picture, which is inferred (section 5.3)."""
+    light_bins: int = 3
+    """`varying` light: coarse bins R_λ of λ in 0 to π (paper: 3, Appendix B)."""
     encoder_channels: tuple[int, int, int, int, int, int] = (32, 64, 96, 128, 128, 128)
     """Channels of the five convolutions and of the fully connected layer (paper: 32, 64, 96, 128, 128, 128)."""
 
@@ -82,6 +97,11 @@ class LossConfig:
     objective: Literal["exact", "paper"] = "exact"
     """How the coarse azimuth's posterior is found: `exact` = balanced E-step over all bins, taught to the encoder;
     `paper` = the encoder's own ρ, by gradient, with prior matching (Eq. loss)."""
+    kind: Literal["shading", "silhouette"] = "shading"
+    """What of the pictures is compared: `shading`, their colours; or the `silhouette` alone, where pixels p of both
+    pictures become p / (p + η) first (section 5.3)."""
+    eta: float = 0.05
+    """`silhouette`: η, linear colour ("a small constant", section 5.3)."""
     pose_supervision: Literal["none", "azimuth"] = "none"
     """`azimuth` reads the true azimuth from metadata.csv ("iou | θ" in the paper)."""
     kl_weight: float = 8.0
@@ -108,7 +128,8 @@ class LossConfig:
     distillation_weight: float = 80.0
     """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
     laplacian_weight: float = 20.0
-    """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term)."""
+    """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term). `subdivision` only:
+    blocks have no such displacements, and this no effect."""
     laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
     antialias: Literal["contours", "borders"] = "contours"
@@ -122,10 +143,15 @@ class OptimiserConfig:
 
     learning_rate: float = 1e-3
     """Adam's learning rate (paper: 10⁻³, constant)."""
+    rotation_learning_rate: float = 1e-4
+    """Learning rate of the layer that decodes the rotations of `full-block` (paper: 10⁻⁴, Appendix B)."""
     gradient_clip: float = 5.0
     """Largest global Euclidean norm of the gradient (paper: 5)."""
     batch_size: int = 128
-    """Pictures a step (paper: 128)."""
+    """Pictures a step (paper: 128; 192 with three views of each object)."""
+    views_per_instance: int = 1
+    """Pictures of each object among those of a step (paper: 1 or 3, section 5.5); the shape is found from all of them.
+    `batch_size` is a multiple of it."""
     steps: int = 20000
     """Steps in all."""
 

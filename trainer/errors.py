@@ -3,7 +3,7 @@
 ChiaroError
 ├── ConfigError       an option, a preset or a combination of options
 ├── DataError         a picture, a mesh, a folder, metadata.csv
-├── CheckpointError   a run directory or a checkpoint
+├── CheckpointError   a run directory, a checkpoint, or a bundle under judgement
 └── StorageError      a disk that is full or cannot be written
 """
 

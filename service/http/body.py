@@ -1,6 +1,6 @@
-"""A limit on the size of request bodies, kept while they stream in."""
+"""Limits on the size of request bodies and on their time, kept while they stream in."""
 
-from asyncio import timeout
+from asyncio import get_running_loop, timeout, timeout_at
 from http import HTTPStatus
 from typing import Final
 
@@ -15,14 +15,16 @@ _DISCARDING_SECONDS: Final = 5.0
 
 
 class BodyLimit:
-    """ASGI middleware: whoever reads a body of more than `limit` bytes gets an HttpError 413 instead of the excess.
+    """ASGI middleware: whoever reads a body of more than `limit` bytes gets an HttpError 413 instead of the excess, and
+    408 where the body is not whole after `seconds`.
 
     A declared length is refused before anything is kept, an undeclared one (chunked) as soon as it passes the limit.
     """
 
-    def __init__(self, app: ASGIApp, limit: int) -> None:
+    def __init__(self, app: ASGIApp, limit: int, seconds: float) -> None:
         self.app = app
         self.limit = limit
+        self.seconds = seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -33,20 +35,28 @@ class BodyLimit:
         declared = int(length) if length.isdigit() else None
         asks_first = headers.get(b"expect", b"").lower() == b"100-continue"
         received = 0
+        deadline: float | None = get_running_loop().time() + self.seconds
 
         async def limited() -> Message:
-            nonlocal received
+            nonlocal received, deadline
             if declared is not None and declared > self.limit:
                 # Who asks first (Expect: 100-continue) has not begun to send.
                 if not asks_first:
                     await _discard(receive)
                 raise self._refusal(f"{declared}")
-            message = await receive()
+            try:
+                async with timeout_at(deadline):
+                    message = await receive()
+            except TimeoutError:
+                raise self._too_slow(received) from None
             received += len(message.get("body", b""))
             if received > self.limit:
                 if message.get("more_body", False):
                     await _discard(receive)
                 raise self._refusal("more")
+            if not message.get("more_body", False):
+                # What follows a whole body is the client's departure, for which one may wait.
+                deadline = None
             return message
 
         await self.app(scope, limited, send)
@@ -56,6 +66,15 @@ class BodyLimit:
             HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
             "upload-too-large",
             f"expected a body of at most {self.limit} bytes, found {found}; send a smaller picture",
+        )
+
+    def _too_slow(self, received: int) -> HttpError:
+        return HttpError(
+            HTTPStatus.REQUEST_TIMEOUT,
+            "slow-upload",
+            f"expected a whole body within {self.seconds:g} s, found {received} bytes by then; "
+            "send it faster, or a smaller picture",
+            {"Connection": "close"},
         )
 
 

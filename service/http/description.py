@@ -6,8 +6,10 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import TypeAdapter
 
+from service.http.examples import INTERPOLATION, RECONSTRUCTION, SAMPLE, SHAPE
+from service.http.media import JSON
+from service.http.metrics import VERSION_PREFIX
 from service.http.problem import Problem
-from service.http.schema import JSON, RECONSTRUCTION_EXAMPLE, SAMPLE_EXAMPLE
 
 
 def describe(app: FastAPI) -> dict[str, Any]:
@@ -19,8 +21,10 @@ def describe(app: FastAPI) -> dict[str, Any]:
     components[Problem.__name__] = TypeAdapter(Problem).json_schema()
     # Set here, because FastAPI drops every null, and a null in an answer means something.
     for path, method, example in (
-        ("/reconstruct", "post", RECONSTRUCTION_EXAMPLE),
-        ("/sample", "get", SAMPLE_EXAMPLE),
+        ("/reconstruct", "post", RECONSTRUCTION),
+        ("/sample", "get", SAMPLE),
+        ("/decode", "get", SHAPE),
+        ("/interpolate", "get", INTERPOLATION),
     ):
-        schema["paths"][path][method]["responses"]["200"]["content"][JSON]["example"] = example
+        schema["paths"][VERSION_PREFIX + path][method]["responses"]["200"]["content"][JSON]["example"] = example
     return schema

@@ -21,12 +21,13 @@ class Problem:
 
 
 class HttpError(Exception):
-    """A fault of the request itself; `kind` names it in the problem's type."""
+    """A request that is refused before any work is done; `kind` names the reason in the problem's type."""
 
-    def __init__(self, status: HTTPStatus, kind: str, detail: str) -> None:
+    def __init__(self, status: HTTPStatus, kind: str, detail: str, headers: Mapping[str, str] | None = None) -> None:
         super().__init__(detail)
         self.status = status
         self.kind = kind
+        self.headers = headers
 
 
 def problem_response(

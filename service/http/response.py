@@ -1,53 +1,98 @@
-"""An answer as an HTTP response: GLB or JSON, with the pose, the lights and the timings in headers."""
+"""An answer as an HTTP response: a file or JSON, with the pose, the lights and the timings in headers."""
 
 import base64
 import hashlib
 import json
-from dataclasses import asdict
+from collections.abc import Sequence
 from http import HTTPStatus
+from typing import Any
 
 from fastapi import Response
+from pydantic_core import to_jsonable_python
 
-from service.answer import Answer
-from service.http.schema import GLB
+from service.answer import Answer, Gallery
+from service.http.media import JSON, PNG
+from service.report import Report
 
 
 def answer_response(answer: Answer, media_type: str) -> Response:
-    """The response to a picture."""
-    body = answer.glb if media_type == GLB else _json(answer, answer.timings_ms)
-    return Response(body, media_type=media_type, headers={**_headers(answer), "Cache-Control": "no-store"})
+    """The response to pictures."""
+    body = _json(_body(answer, answer.timings_ms)) if media_type == JSON else answer.content
+    headers = {**_headers(answer.report, media_type), **_timing(answer.timings_ms), "Cache-Control": "no-store"}
+    return Response(body, media_type=media_type, headers=headers)
 
 
-def cacheable_response(answer: Answer, media_type: str, if_none_match: str | None) -> Response:
+def cacheable_answer(answer: Answer, media_type: str, if_none_match: str | None) -> Response:
     """The response to a request that always has the same answer; 304 where the client holds it already."""
-    body = answer.glb if media_type == GLB else _json(answer, None)
+    body = _json(_body(answer, None)) if media_type == JSON else answer.content
+    headers = {**_headers(answer.report, media_type), **_timing(answer.timings_ms)}
+    return _cacheable(body, media_type, headers, if_none_match)
+
+
+def cacheable_gallery(gallery: Gallery, media_type: str, if_none_match: str | None) -> Response:
+    """The response with several objects in one file."""
+    headers = {**_identity(gallery.reports[0], media_type), **_timing(gallery.timings_ms)}
+    return _cacheable(gallery.content, media_type, headers, if_none_match)
+
+
+def cacheable_list(answers: Sequence[Answer], if_none_match: str | None) -> Response:
+    """The response with several objects as JSON."""
+    report = answers[0].report
+    body = {
+        "category": report.category,
+        "model": report.model,
+        "samples": [_body(answer, None) for answer in answers],
+    }
+    return _cacheable(_json(body), JSON, _identity(report, JSON), if_none_match)
+
+
+def _cacheable(body: bytes, media_type: str, headers: dict[str, str], if_none_match: str | None) -> Response:
     etag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
-    headers = {**_headers(answer), "ETag": etag, "Cache-Control": "public, max-age=3600"}
+    headers = {**headers, "ETag": etag, "Cache-Control": "public, max-age=3600"}
     known = [tag.strip().removeprefix("W/") for tag in (if_none_match or "").split(",")]
     if etag in known or "*" in known:
         return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)
     return Response(body, media_type=media_type, headers=headers)
 
 
-def _json(answer: Answer, timings_ms: dict[str, float] | None) -> bytes:
-    glb = base64.b64encode(answer.glb).decode("ascii")
-    content = {**asdict(answer.report), "glb_base64": glb, "timings_ms": timings_ms}
+def _body(answer: Answer, timings_ms: dict[str, float] | None) -> dict[str, Any]:
+    glb = base64.b64encode(answer.content).decode("ascii")
+    return {**to_jsonable_python(answer.report), "glb_base64": glb, "timings_ms": timings_ms}
+
+
+def _json(content: dict[str, Any]) -> bytes:
     return json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
 
 
-def _headers(answer: Answer) -> dict[str, str]:
-    report = answer.report
-    lights = [asdict(light) for light in report.lights]
+def _headers(report: Report, media_type: str) -> dict[str, str]:
     headers = {
-        "Vary": "Accept",
-        "Content-Disposition": f'inline; filename="{report.category}.glb"',
-        "Chiaro-Category": report.category,
-        "Chiaro-Model": report.model,
+        **_identity(report, media_type),
         "Chiaro-Azimuth-Degrees": f"{report.azimuth_degrees:.4f}",
-        "Chiaro-Lights": json.dumps(lights, separators=(",", ":")),
-        "Chiaro-Ambient": json.dumps(report.ambient, separators=(",", ":")),
-        "Server-Timing": ", ".join(f"{stage};dur={value}" for stage, value in answer.timings_ms.items()),
+        "Chiaro-Lights": _json_text(to_jsonable_python(report.lights)),
+        "Chiaro-Ambient": _json_text(report.ambient),
     }
     if report.posterior is not None:
         headers["Chiaro-Azimuth-Confidence"] = f"{report.posterior.azimuth_confidence:.4f}"
+    if report.out_of_class_score is not None:
+        headers["Chiaro-Out-Of-Class-Score"] = f"{report.out_of_class_score:.4f}"
+    if report.category_probabilities is not None:
+        headers["Chiaro-Category-Probability"] = f"{report.category_probabilities[report.category]:.4f}"
     return headers
+
+
+def _identity(report: Report, media_type: str) -> dict[str, str]:
+    suffix = "png" if media_type == PNG else "glb"
+    return {
+        "Vary": "Accept",
+        "Content-Disposition": f'inline; filename="{report.category}.{suffix}"',
+        "Chiaro-Category": report.category,
+        "Chiaro-Model": report.model,
+    }
+
+
+def _timing(timings_ms: dict[str, float]) -> dict[str, str]:
+    return {"Server-Timing": ", ".join(f"{stage};dur={value}" for stage, value in timings_ms.items())}
+
+
+def _json_text(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"))

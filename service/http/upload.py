@@ -2,22 +2,30 @@
 
 from dataclasses import dataclass
 from http import HTTPStatus
+from typing import Final
 
 from fastapi import Request
-from starlette.datastructures import UploadFile
+from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from service.http.problem import HttpError
 
-_ADVICE = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
+AUTOMATIC: Final = "auto"
+"""The category of a picture of which the service shall tell the category."""
+MOST_PICTURES: Final = 16
+MOST_HYPOTHESES: Final = 360
+
+_FIELDS: Final = ("image", "category", "hypotheses")
+_ADVICE: Final = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
 
 
 @dataclass(frozen=True)
 class Upload:
-    """An uploaded picture as it came, and the category that it is said to show."""
+    """Uploaded pictures as they came, the category that they are said to show, and how many hypotheses are wanted."""
 
-    image: bytes
+    images: tuple[bytes, ...]
     category: str | None
+    hypotheses: int
 
 
 async def read_upload(request: Request, limit: int) -> Upload:
@@ -34,28 +42,55 @@ async def read_upload(request: Request, limit: int) -> Upload:
             "unsupported-media-type",
             f"expected multipart/form-data, found {found}; {_ADVICE}",
         )
-    parser = MultiPartParser(request.headers, request.stream(), max_files=1, max_fields=1, max_part_size=1024)
+    parser = MultiPartParser(
+        request.headers, request.stream(), max_files=MOST_PICTURES, max_fields=len(_FIELDS) - 1, max_part_size=1024
+    )
     # Parts spill over to a file from this size on: with the body's own limit, never.
     parser.spool_max_size = limit + 1
     try:
         form = await parser.parse()
     except MultiPartException as error:
-        raise _invalid(f"expected one file named image and at most one category, found: {error.message}") from None
+        raise _invalid(
+            f"expected 1 to {MOST_PICTURES} files named image and at most one category, found: {error.message}"
+        ) from None
     except UnicodeError as error:
         raise _invalid(f"expected field names and a category in UTF-8, found: {error}") from None
     try:
-        unknown = sorted(set(form) - {"image", "category"})
+        unknown = sorted(set(form) - set(_FIELDS))
         if unknown:
-            raise _invalid(f"expected the fields image and category, found {', '.join(unknown)[:80]}")
-        image, category = form.get("image"), form.get("category")
-        if not isinstance(image, UploadFile):
-            found = "a field without a file name" if image is not None else "none"
-            raise _invalid(f"expected a file named image, found {found}")
-        if isinstance(category, UploadFile):
-            raise _invalid("expected category to be text, found a file")
-        return Upload(await image.read(), category or None)
+            raise _invalid(f"expected the fields image, category and hypotheses, found {', '.join(unknown)[:80]}")
+        images = [await file.read() for file in _files(form)]
+        return Upload(tuple(images), _text(form, "category") or None, _hypotheses(_text(form, "hypotheses")))
     finally:
         await form.close()
+
+
+def _files(form: FormData) -> list[UploadFile]:
+    parts = form.getlist("image")
+    files = [part for part in parts if isinstance(part, UploadFile)]
+    if not parts or len(files) < len(parts):
+        found = "a field without a file name" if parts else "none"
+        raise _invalid(f"expected a file named image, found {found}")
+    return files
+
+
+def _text(form: FormData, name: str) -> str:
+    """A field's text, empty where there is none."""
+    parts = form.getlist(name)
+    if len(parts) > 1:
+        raise _invalid(f"expected one {name} at most, found {len(parts)}")
+    text = parts[0] if parts else ""
+    if not isinstance(text, str):
+        raise _invalid(f"expected {name} to be text, found a file")
+    return text
+
+
+def _hypotheses(text: str) -> int:
+    if not text:
+        return 3
+    if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= MOST_HYPOTHESES):
+        raise _invalid(f"expected hypotheses from 1 to {MOST_HYPOTHESES}, found “{text[:40]}”")
+    return int(text)
 
 
 def _invalid(sentence: str) -> HttpError:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 
-from rasteriser import likelihood
+from rasteriser import pictures
 from rasteriser.topology import build_topology
 from trainer.config import CameraConfig, DirectionalLight, SceneConfig
 from trainer.data import picture
@@ -55,7 +55,7 @@ def trainer_s(mesh: Mesh, azimuth: float, scene: SceneConfig) -> np.ndarray:
     screen = project(vertices, angle, scene.camera, scene.width, scene.height)
     colours = shade(vertex_normals(vertices, faces), angle, scene)
     topology = build_topology(mesh.faces)
-    drawn = likelihood.draw(screen.float().numpy(), colours.float().numpy(), topology, scene.width, scene.height)
+    drawn = pictures.draw(screen.float().numpy(), colours.float().numpy(), topology, scene.width, scene.height)
     return drawn[0].transpose(1, 2, 0)
 
 

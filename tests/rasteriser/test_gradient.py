@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from rasteriser import likelihood, supersample
+from rasteriser import pictures, supersample
 from rasteriser.topology import build_topology
 from trainer.config import SceneConfig
 from trainer.geometry.normals import vertex_normals
@@ -90,9 +90,9 @@ def relative_errors(kind: Kind, seed: int) -> list[float]:
     # Coverage is the colour of a mesh that is white all over.
     painted = np.concatenate((colours, np.ones_like(colours[:, :1])), 1)
     batch = np.stack([screen] * 3).astype(np.float32), np.stack([painted] * 3), build_topology(faces)
-    pictures = likelihood.draw(*batch, WIDTH, HEIGHT).transpose(0, 2, 3, 1)
-    upstream = (weights * (pictures - target)).transpose(0, 3, 1, 2)
-    gradients = likelihood.draw_gradient(*batch, upstream).screen * units
+    drawn = pictures.draw(*batch, WIDTH, HEIGHT).transpose(0, 2, 3, 1)
+    upstream = (weights * (drawn - target)).transpose(0, 3, 1, 2)
+    gradients = pictures.draw_gradient(*batch, upstream).screen * units
     sizes = np.linalg.norm(differences, axis=(1, 2))
     return [
         float(np.linalg.norm(found - expected) / size)
@@ -119,8 +119,8 @@ def test_contours_alone_would_not_do() -> None:
         batch = screen[None].astype(np.float32), colours[None], build_topology(faces)
         errors.append(
             [
-                np.abs(likelihood.draw(*batch, WIDTH, HEIGHT, crease)[0].transpose(1, 2, 0) - expected.colour)[edge]
-                for crease in (likelihood.CREASE, np.inf)
+                np.abs(pictures.draw(*batch, WIDTH, HEIGHT, crease)[0].transpose(1, 2, 0) - expected.colour)[edge]
+                for crease in (pictures.CREASE, np.inf)
             ]
         )
     assert max(255 * exact.mean() for exact, _ in errors) < 0.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from rasteriser import likelihood
+from rasteriser import likelihood, pictures
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import Scene, random_scene
 from trainer.geometry.topology import subdivided_cube
@@ -28,7 +28,7 @@ def test_fused_kernels_agree_with_the_reference(block: int) -> None:
         picture, value, to_screen, to_colours = _reference(scene, crease)
         batch = scene.screen[None], scene.colours[None], scene.topology
         np.testing.assert_allclose(
-            likelihood.draw(*batch, *scene.size, crease)[0], picture, atol=1e-5, err_msg=f"seed {seed}"
+            pictures.draw(*batch, *scene.size, crease)[0], picture, atol=1e-5, err_msg=f"seed {seed}"
         )
         assert likelihood.log_likelihood(*batch, scene.target[None], crease)[0] == pytest.approx(value, rel=1e-5), seed
         again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1), crease)
@@ -49,7 +49,7 @@ def test_gradient_of_a_picture_agrees_with_the_reference() -> None:
         faces = torch.tensor(scene.topology.faces.astype(np.int64))
         picture = reference.draw(screen, colours, faces, *scene.size)
         (picture * torch.tensor(upstream)).sum().backward()
-        found = likelihood.draw_gradient(scene.screen[None], scene.colours[None], scene.topology, upstream[None])
+        found = pictures.draw_gradient(scene.screen[None], scene.colours[None], scene.topology, upstream[None])
         for mine, theirs in ((found.screen[0], screen.grad), (found.colours[0], colours.grad)):
             expected = scene.together(np.zeros(mine.shape) if theirs is None else theirs.numpy())
             np.testing.assert_allclose(
@@ -64,7 +64,7 @@ def _square(x0: float, y0: float, x1: float, y1: float) -> tuple[np.ndarray, np.
 
 def test_an_axis_aligned_square_is_its_exact_area_in_every_pixel() -> None:
     corners, faces = _square(1.25, 2.5, 5.75, 4.125)
-    drawn = likelihood.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 8, 6)[0, 0]
+    drawn = pictures.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 8, 6)[0, 0]
     columns = np.clip(np.minimum(np.arange(8) + 1, 5.75) - np.maximum(np.arange(8), 1.25), 0, 1)
     rows = np.clip(np.minimum(np.arange(6) + 1, 4.125) - np.maximum(np.arange(6), 2.5), 0, 1)
     np.testing.assert_allclose(drawn, np.outer(rows, columns), atol=1e-6)
@@ -75,8 +75,8 @@ def test_total_coverage_is_the_polygon_s_area_and_does_not_change_under_translat
     topology = build_topology(np.array([[0, 1, 2]]))
     (ax, ay), (bx, by) = triangle[1, :2] - triangle[0, :2], triangle[2, :2] - triangle[0, :2]
     white, ones = np.ones((1, 3, 1), np.float32), np.ones((1, 1, 18, 20), np.float32)
-    assert likelihood.draw(triangle[None], white, topology, 20, 18).sum() == pytest.approx(abs(ax * by - bx * ay) / 2)
-    gradient = likelihood.draw_gradient(triangle[None], white, topology, ones).screen[0]
+    assert pictures.draw(triangle[None], white, topology, 20, 18).sum() == pytest.approx(abs(ax * by - bx * ay) / 2)
+    gradient = pictures.draw_gradient(triangle[None], white, topology, ones).screen[0]
     np.testing.assert_allclose(gradient[:, :2].sum(0), 0, atol=1e-5)
     # d area / d scale about the origin is twice the area.
     assert (gradient[:, :2] * triangle[:, :2]).sum() == pytest.approx(abs(ax * by - bx * ay), rel=1e-5)
@@ -84,7 +84,7 @@ def test_total_coverage_is_the_polygon_s_area_and_does_not_change_under_translat
 
 def test_a_wing_too_thin_for_any_pixel_centre_keeps_its_area() -> None:
     corners, faces = _square(2.0, 3.1, 9.0, 3.3)
-    drawn = likelihood.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 12, 6)
+    drawn = pictures.draw(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), 12, 6)
     assert drawn.sum() == pytest.approx(7.0 * 0.2, rel=1e-4)
 
 
@@ -103,7 +103,7 @@ def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh() -> 
     screen = np.stack([corners, corners, corners])
     screen[1, 2, 0] = np.nan
     with pytest.raises(ValueError, match="first in mesh 1"):
-        likelihood.draw(screen, np.ones((3, 4, 1), np.float32), build_topology(faces), 8, 6)
+        pictures.draw(screen, np.ones((3, 4, 1), np.float32), build_topology(faces), 8, 6)
 
 
 def test_meshes_without_weight_get_no_gradient() -> None:
@@ -119,12 +119,12 @@ def test_meshes_without_weight_get_no_gradient() -> None:
 
 def test_meshes_that_share_nothing_are_drawn_like_each_alone() -> None:
     scenes = [random_scene(seed) for seed in range(6)]
-    together = likelihood.draw_each([(scene.screen, scene.colours, scene.topology) for scene in scenes], 20, 16, 0.1)
+    together = pictures.draw_each([(scene.screen, scene.colours, scene.topology) for scene in scenes], 20, 16, 0.1)
     for scene, picture in zip(scenes, together, strict=True):
-        alone = likelihood.draw(scene.screen[None], scene.colours[None], scene.topology, 20, 16, 0.1)
+        alone = pictures.draw(scene.screen[None], scene.colours[None], scene.topology, 20, 16, 0.1)
         np.testing.assert_array_equal(picture, alone[0])
     with pytest.raises(ValueError, match=r"one number of colour channels in all meshes, found \[1, 3\]"):
-        likelihood.draw_each([(scenes[0].screen, scenes[0].colours[:, :k], scenes[0].topology) for k in (1, 3)], 20, 16)
+        pictures.draw_each([(scenes[0].screen, scenes[0].colours[:, :k], scenes[0].topology) for k in (1, 3)], 20, 16)
 
 
 @pytest.mark.parametrize("shift", [(-90, 0), (90, 0), (0, -90), (0, 90), (90, 90)])
@@ -132,15 +132,15 @@ def test_a_mesh_outside_the_picture_draws_nothing(shift: tuple[int, int]) -> Non
     scene = random_scene(3)
     screen = (scene.screen + np.array([*shift, 0], np.float32))[None]
     batch = screen, scene.colours[None], scene.topology
-    assert not likelihood.draw(*batch, 12, 9).any()
-    assert not likelihood.draw_gradient(*batch, np.ones((1, 3, 9, 12), np.float32)).screen.any()
-    assert not likelihood.draw_each([(screen[0], scene.colours, scene.topology)], 12, 9).any()
+    assert not pictures.draw(*batch, 12, 9).any()
+    assert not pictures.draw_gradient(*batch, np.ones((1, 3, 9, 12), np.float32)).screen.any()
+    assert not pictures.draw_each([(screen[0], scene.colours, scene.topology)], 12, 9).any()
 
 
 def test_a_million_faces_are_drawn() -> None:
     base, faces = subdivided_cube(300)
     sphere = base / np.linalg.norm(base, axis=1, keepdims=True)
     screen = np.concatenate((sphere[:, :2] * 20 + (32, 24), 1 / (3 + sphere[:, 2:])), 1)
-    drawn = likelihood.draw(screen[None], np.ones((1, len(base), 1)), build_topology(faces), 64, 48, np.inf)
+    drawn = pictures.draw(screen[None], np.ones((1, len(base), 1)), build_topology(faces), 64, 48, np.inf)
     assert len(faces) > 10**6
     assert drawn.sum() == pytest.approx(np.pi * 20**2, rel=1e-4)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy import ndarray
 
-from rasteriser.supersample import NEAR, render
+from rasteriser.projection import NEAR
+from rasteriser.supersample import render
 
 WHITE = np.ones((1, 3, 3))
 

@@ -6,16 +6,22 @@ from pathlib import Path
 
 from service.app import create_app
 from service.catalogue import Catalogue
+from service.http.description import describe
 from service.http.schema import AnswerBody
-from service.report import PosteriorReport
+from service.models import ModelReport
+from service.report import PosteriorReport, ViewReport
 from service.settings import Settings
 
 TEXT = (Path(__file__).parents[2] / "docs" / "api.md").read_text()
 
 
 def test_every_path_field_and_variable_is_named() -> None:
-    paths = {route.path for route in create_app(Catalogue(()), Settings()).routes}
-    names = {field.name for field in (*fields(AnswerBody), *fields(PosteriorReport))}
+    described = describe(create_app(Catalogue(()), Settings()))["paths"]
+    paths = {*described, "/docs", "/openapi.json"}
+    names = {
+        field.name
+        for field in (*fields(AnswerBody), *fields(PosteriorReport), *fields(ViewReport), *fields(ModelReport))
+    }
     variables = {f"CHIARO_{name.upper()}" for name in Settings.model_fields}
     for name in paths | names | variables:
         assert re.search(rf"`[^`]*{re.escape(name)}\b[^`]*`", TEXT), name

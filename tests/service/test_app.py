@@ -1,6 +1,7 @@
 """The service through real HTTP: `python -m service` in a process of its own."""
 
 import base64
+import io
 import json
 import math
 from collections.abc import Callable
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from service.answer import reconstruct, sample
+from service.generation import sample
 from service.inference import Engine
+from service.reconstruction import reconstruct
 from tests.service.asking import post, problem
 
 JSON = {"Accept": "application/json"}
@@ -21,10 +23,10 @@ Encoded = Callable[..., bytes]
 
 def test_a_picture_becomes_a_glb(client: httpx.Client, engine: Engine, picture: bytes) -> None:
     response = post(client, picture)
-    expected = reconstruct(engine, picture, 10**6)
+    expected = reconstruct([engine], [picture], 10**6)
     assert response.status_code == 200
     assert response.headers["content-type"] == "model/gltf-binary"
-    assert response.content == expected.glb
+    assert response.content == expected.content
     assert float(response.headers["chiaro-azimuth-degrees"]) == expected.report.azimuth_degrees
     assert expected.report.posterior is not None
     confidence = expected.report.posterior.azimuth_confidence
@@ -35,7 +37,7 @@ def test_a_picture_becomes_a_glb(client: httpx.Client, engine: Engine, picture: 
     assert [light["azimuth_degrees"] for light in lights] == [30, 150, 270]
     assert json.loads(response.headers["chiaro-ambient"]) == [0, 0, 0]
     stages = [stage.partition(";")[0] for stage in response.headers["server-timing"].split(", ")]
-    assert stages == ["picture", "encoder", "decoder", "glb"]
+    assert stages == ["picture", "encoder", "decoder", "render", "glb"]
 
 
 def test_the_same_as_json(client: httpx.Client, engine: Engine, picture: bytes) -> None:
@@ -48,7 +50,7 @@ def test_the_same_as_json(client: httpx.Client, engine: Engine, picture: bytes) 
     assert content["model"] == engine.manifest.identity
     assert len(content["shape_code"]) == 12
     assert content["camera"]["elevation_degrees"] == 30
-    assert set(content["timings_ms"]) == {"picture", "encoder", "decoder", "glb"}
+    assert set(content["timings_ms"]) == {"picture", "encoder", "decoder", "render", "glb"}
     posterior = content["posterior"]
     probabilities = np.array([entry["probability"] for entry in posterior["azimuth_bins"]])
     assert probabilities.sum() == pytest.approx(1, abs=1e-5)
@@ -59,10 +61,20 @@ def test_the_same_as_json(client: httpx.Client, engine: Engine, picture: bytes) 
     assert math.remainder(difference, 360) == pytest.approx(0, abs=1e-3)
 
 
+def test_the_same_as_a_picture(client: httpx.Client, picture: bytes) -> None:
+    response = post(client, picture, {"Accept": "image/png"})
+    assert response.headers["content-type"] == "image/png"
+    assert response.headers["content-disposition"] == 'inline; filename="car.png"'
+    assert response.headers["chiaro-azimuth-degrees"] == post(client, picture).headers["chiaro-azimuth-degrees"]
+    assert response.headers["cache-control"] == "no-store"
+    with Image.open(io.BytesIO(response.content)) as shown:
+        assert shown.size == (512, 384)
+
+
 def test_a_seed_gives_the_same_bytes_every_time(client: httpx.Client, engine: Engine) -> None:
     first, again, other = (client.get("/sample", params={"seed": seed}) for seed in (7, 7, 8))
     assert first.headers["content-type"] == "model/gltf-binary"
-    assert first.content == again.content == sample(engine, 7).glb
+    assert first.content == again.content == sample(engine, 7).content
     assert first.content != other.content
     assert first.headers["cache-control"] == "public, max-age=3600"
     assert first.headers["vary"] == "Accept"
@@ -101,14 +113,18 @@ def test_the_client_chooses_the_form(client: httpx.Client, accept: str, media_ty
     assert client.get("/sample", headers={"Accept": accept}).headers["content-type"] == media_type
 
 
-@pytest.mark.parametrize("accept", ["image/png", "model/gltf-binary;q=0, application/json;q=x", "text/*"])
+@pytest.mark.parametrize(
+    "accept", ["image/gif", "model/gltf-binary;q=0, application/json;q=x, image/png;q=0", "text/*"]
+)
 def test_a_form_that_is_not_there_is_406(client: httpx.Client, picture: bytes, accept: str) -> None:
     for response in (
         client.get("/sample", headers={"Accept": accept}),
         post(client, picture, {"Accept": accept}),
     ):
         detail = problem(response, 406, "not-acceptable")
-        assert f"expected Accept to allow model/gltf-binary or application/json, found “{accept}”" in detail
+        assert (
+            f"expected Accept to allow model/gltf-binary or application/json or image/png, found “{accept}”" in detail
+        )
 
 
 def test_an_unknown_category_is_422(client: httpx.Client, picture: bytes) -> None:
@@ -131,9 +147,15 @@ def test_unknown_paths_and_methods(client: httpx.Client) -> None:
     assert response.headers["allow"] == "GET"
 
 
+def on_black(colour: tuple[int, int, int]) -> Image.Image:
+    picture = Image.new("RGB", (64, 48))
+    picture.paste(colour, (20, 12, 44, 36))
+    return picture
+
+
 def test_each_of_many_clients_gets_its_own_answer(client: httpx.Client, encoded: Encoded) -> None:
     colours = [(255 - 10 * i, 20 * i, 100) for i in range(12)]
-    pictures = [encoded(Image.new("RGB", (40, 30), colour)) for colour in colours]
+    pictures = [encoded(on_black(colour)) for colour in colours]
     alone = [post(client, content).content for content in pictures]
     assert len(set(alone)) == len(alone)
     with ThreadPoolExecutor(8) as pool:

@@ -88,6 +88,11 @@ def test_a_whole_bundle_is_proven(copy: Path) -> None:
         (lambda m: m["files"].update({"probe.npz": "0" * 64}), "probe.npz: expected sha256 000000000000…, found"),
         (lambda m: m.update(latent=13), r"shape_mean: expected float32 \[1 to 16, 13\], found float32 \[2, 12\]"),
         (lambda m: m.update(vertices=99), r"vertices: expected float32 \[1 to 16, 99, 3\]"),
+        (lambda m: m.update(held_out={"pictures": 20}), "held_out.framed: "),
+        (
+            lambda m: m.update(held_out={"pictures": 20, "framed": {"median": 0.2, "high": 0.2}, "fitted": None}),
+            "held_out: expected a median below the high error, found 0.2 and 0.2",
+        ),
         (lambda m: m["azimuth_bin_centres_degrees"].pop(), r"azimuth_probabilities: expected float32 \[1 to 16, 11\]"),
     ],
 )

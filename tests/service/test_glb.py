@@ -3,7 +3,6 @@
 import json
 import math
 import shutil
-import struct
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -13,36 +12,15 @@ import numpy as np
 import pytest
 import trimesh
 
-from service.answer import Answer, reconstruct, sample
-from service.glb import write_glb
+from service.answer import Answer
+from service.generation import sample, sample_together
+from service.glb import write_glb, write_row_glb
 from service.inference import Engine, Surface, decode
 from service.manifest import Block, Light, Manifest
+from service.reconstruction import reconstruct
+from tests.service.reading import document_of, rotation_matrix
 
 VALIDATOR = Path(__file__).parents[1] / "validator"
-
-
-def json_chunk(glb: bytes) -> dict[str, Any]:
-    """The document of a GLB, its container checked on the way (glTF 2.0, section 4.4)."""
-    magic, version, length = struct.unpack_from("<4sII", glb)
-    assert (magic, version, length) == (b"glTF", 2, len(glb))
-    size, kind = struct.unpack_from("<I4s", glb, 12)
-    assert kind == b"JSON"
-    assert size % 4 == 0
-    document: dict[str, Any] = json.loads(glb[20 : 20 + size])
-    return document
-
-
-def rotation_matrix(quaternion: list[float]) -> np.ndarray:
-    """Of a unit quaternion x, y, z, w."""
-    x, y, z, w = quaternion
-    assert math.hypot(x, y, z, w) == pytest.approx(1, abs=1e-12)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def turned(vectors: np.ndarray, azimuth: float) -> np.ndarray:
@@ -103,7 +81,7 @@ def model_shading(normals: np.ndarray, azimuth: float, manifest: Manifest) -> np
 
 @pytest.fixture(scope="module")
 def reconstruction(engine: Engine, picture: bytes) -> Answer:
-    return reconstruct(engine, picture, 10**6)
+    return reconstruct([engine], [picture], 10**6)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +90,7 @@ def surface(engine: Engine, reconstruction: Answer) -> Surface:
 
 
 def test_a_second_reader_finds_the_mesh(engine: Engine, reconstruction: Answer, surface: Surface) -> None:
-    scene = trimesh.load(trimesh.util.wrap_as_stream(reconstruction.glb), file_type="glb", process=False)
+    scene = trimesh.load(trimesh.util.wrap_as_stream(reconstruction.content), file_type="glb", process=False)
     (mesh,) = scene.geometry.values()
     np.testing.assert_allclose(mesh.vertices, surface.vertices, atol=1e-5)
     np.testing.assert_array_equal(mesh.faces, engine.manifest.faces)
@@ -127,7 +105,7 @@ def test_a_second_reader_finds_the_mesh(engine: Engine, reconstruction: Answer, 
 @pytest.mark.parametrize("azimuth", [0.0, 0.5, 2.5, -1.2, math.pi / 2, -math.pi])
 def test_the_camera_sees_what_the_picture_shows(engine: Engine, surface: Surface, azimuth: float) -> None:
     manifest = replace(engine.manifest, camera=replace(engine.manifest.camera, elevation_degrees=17.0, distance=2.3))
-    document = json_chunk(write_glb(surface, manifest, azimuth, {}))
+    document = document_of(write_glb(surface, manifest, azimuth, {}))
     expected = picture_pixels(surface.vertices.astype(np.float64), azimuth, manifest)
     np.testing.assert_allclose(glb_pixels(document, surface.vertices, manifest), expected, atol=1e-9)
     centre = [[manifest.picture.width / 2, manifest.picture.height / 2]]
@@ -137,8 +115,8 @@ def test_the_camera_sees_what_the_picture_shows(engine: Engine, surface: Surface
 def test_the_front_faces_the_camera_at_azimuth_0_and_the_right_at_90(engine: Engine, surface: Surface) -> None:
     """A point on the front (+Z) is nearest at azimuth 0; turned by 90° towards +X it is on the right."""
     front = np.array([[0.0, 0.0, 0.5]])
-    facing = json_chunk(write_glb(surface, engine.manifest, 0.0, {}))
-    aside = json_chunk(write_glb(surface, engine.manifest, math.pi / 2, {}))
+    facing = document_of(write_glb(surface, engine.manifest, 0.0, {}))
+    aside = document_of(write_glb(surface, engine.manifest, math.pi / 2, {}))
     middle = engine.manifest.picture.width / 2
     assert glb_pixels(facing, front, engine.manifest)[0, 0] == pytest.approx(middle)
     assert glb_pixels(aside, front, engine.manifest)[0, 0] > middle + 5
@@ -148,14 +126,14 @@ def test_the_front_faces_the_camera_at_azimuth_0_and_the_right_at_90(engine: Eng
 def test_the_lights_shade_as_the_model_does(engine: Engine, surface: Surface, azimuth: float) -> None:
     lights = (Light(30.0, 20.0, (1.0, 0.5, 0.0)), Light(200.0, -70.0, (0.0, 0.2, 2.0)), Light(-5.0, 90.0, (0, 0, 0)))
     manifest = replace(engine.manifest, lights=lights, ambient=(0.1, 0.0, 0.2))
-    document = json_chunk(write_glb(surface, manifest, azimuth, {}))
+    document = document_of(write_glb(surface, manifest, azimuth, {}))
     normals = surface.normals.astype(np.float64)
     np.testing.assert_allclose(glb_shading(document, normals), model_shading(normals, azimuth, manifest), atol=1e-9)
     assert all(light["type"] == "directional" for light in document["extensions"]["KHR_lights_punctual"]["lights"])
 
 
 def test_extras_say_what_the_report_says(engine: Engine, reconstruction: Answer) -> None:
-    extras = json_chunk(reconstruction.glb)["scenes"][0]["extras"]
+    extras = document_of(reconstruction.content)["scenes"][0]["extras"]
     assert extras["category"] == "car"
     assert extras["model"] == engine.manifest.identity
     assert extras["azimuth_degrees"] == reconstruction.report.azimuth_degrees
@@ -172,14 +150,14 @@ def test_extras_say_what_the_report_says(engine: Engine, reconstruction: Answer)
 
 def test_a_sample_stands_with_its_front_to_the_camera(engine: Engine) -> None:
     answer = sample(engine, 7)
-    document = json_chunk(answer.glb)
+    document = document_of(answer.content)
     extras = document["scenes"][0]["extras"]
     assert (extras["azimuth_degrees"], extras["seed"], extras["posterior"]) == (0, 7, None)
     camera = next(node for node in document["nodes"] if "camera" in node)
     assert camera["translation"] == pytest.approx([0, 1, math.sqrt(3)])
     assert len(document["extensions"]["KHR_lights_punctual"]["lights"]) == 6
-    assert answer.glb == sample(engine, 7).glb
-    assert answer.glb != sample(engine, 8).glb
+    assert answer.content == sample(engine, 7).content
+    assert answer.content != sample(engine, 8).content
 
 
 def test_blocks_are_nodes_of_their_own(engine: Engine, surface: Surface) -> None:
@@ -222,14 +200,23 @@ def test_the_khronos_validator_finds_nothing(
         subprocess.run(["npm", "ci", "--no-audit", "--no-fund"], cwd=VALIDATOR, check=True, capture_output=True)
     large, large_manifest = large_surface(engine.manifest)
     files = {
-        "reconstruction": reconstruction.glb,
-        "sample": sample(engine, 7).glb,
+        "reconstruction": reconstruction.content,
+        "sample": sample(engine, 7).content,
         "blocks": write_glb(
             surface, replace(engine.manifest, blocks=(Block("a", 0, 100), Block("b", 100, 92))), 1.0, {}
         ),
+        "several": sample_together(engine, [7, 8, 9, 10, 11], 0.5, 0.3, "glb").content,
+        "several of blocks": write_row_glb(
+            [surface, surface],
+            ["one", "two"],
+            replace(engine.manifest, blocks=(Block("a", 0, 100), Block("b", 100, 92)), lights=()),
+            0.0,
+            {},
+        ),
+        "views": write_glb(surface, engine.manifest, 1.0, {}, 0.0, [2.0, 3.0]),
         "dark": write_glb(surface, replace(engine.manifest, lights=(), ambient=(0.5, 0.5, 3.0)), 1.0, {}),
         "large": write_glb(large, large_manifest, 0.0, {}),
-        "broken": reconstruction.glb.replace(b'"NORMAL":1', b'"NORMAL":2'),
+        "broken": reconstruction.content.replace(b'"NORMAL":1', b'"NORMAL":2'),
     }
     for name, glb in files.items():
         (tmp_path / f"{name}.glb").write_bytes(glb)

@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ import sys
 
 class Blocked:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {"torch", "trainer", "exporter", "onnx", "trimesh", "scipy", "jaxtyping"}:
+        if name.partition(".")[0] in {"torch", "trainer", "exporter", "onnx", "trimesh", "scipy", "jaxtyping", "numba"}:
             raise ImportError(f"{name} is blocked")
 
 sys.meta_path.insert(0, Blocked())
@@ -58,3 +59,11 @@ def test_service_answers_in_an_environment_without_torch(bundle_directory: Path,
     command = [str(SERVICE_PYTHON), "-c", DRIVER, str(bundle_directory)]
     result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=60)
     assert result.stdout == "b'glTF'\n", result.stderr
+
+
+@pytest.mark.parametrize("module", ["service.inference", "exporter.parity", "trainer.evaluation.bundle"])
+def test_nothing_is_told_to_others_and_nothing_written(module: str, tmp_path: Path) -> None:
+    """onnxruntime would begin a file for its telemetry as soon as it is imported."""
+    environment = {name: value for name, value in os.environ.items() if name != "ORT_DISABLE_TELEMETRY"}
+    subprocess.run([sys.executable, "-c", f"import {module}"], check=True, env=environment | {"TMPDIR": str(tmp_path)})
+    assert not list(tmp_path.iterdir())

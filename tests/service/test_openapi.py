@@ -8,7 +8,6 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import FastAPI
-from fastapi.routing import APIRoute
 from pydantic import TypeAdapter
 
 from service.app import create_app
@@ -37,18 +36,24 @@ def schema(client: httpx.Client) -> dict[str, Any]:
     return content
 
 
-def test_every_route_is_described(app: FastAPI, schema: dict[str, Any]) -> None:
+def test_every_path_is_described_and_there_without_its_version(client: httpx.Client, schema: dict[str, Any]) -> None:
     assert schema["openapi"].startswith("3.1")
-    routes = {route.path for route in app.routes if isinstance(route, APIRoute) and route.include_in_schema}
-    assert set(schema["paths"]) == routes == {"/reconstruct", "/sample", "/healthz", "/readyz"}
+    names = ("reconstruct", "sample", "decode", "interpolate", "categories", "healthz", "readyz", "metrics")
+    assert set(schema["paths"]) == {f"/v1/{name}" for name in names}
+    for name in (*names, "docs", "openapi.json"):
+        versioned, plain = (client.options(f"{prefix}/{name}") for prefix in ("/v1", ""))
+        assert versioned.status_code == plain.status_code == 405
+        assert versioned.headers["allow"] == plain.headers["allow"]
+    assert "also there without /v1" in schema["info"]["description"]
 
 
 def test_answers_are_described_in_both_forms_with_an_example_that_fits(schema: dict[str, Any]) -> None:
-    for method, path in (("post", "/reconstruct"), ("get", "/sample")):
-        answer = schema["paths"][path][method]["responses"]["200"]
-        assert set(answer["content"]) == {"model/gltf-binary", "application/json"}
+    body = {"$ref": "#/components/schemas/AnswerBody"}
+    for method, path in (("post", "reconstruct"), ("get", "sample"), ("get", "decode"), ("get", "interpolate")):
+        answer = schema["paths"][f"/v1/{path}"][method]["responses"]["200"]
+        assert set(answer["content"]) == {"model/gltf-binary", "application/json", "image/png"}
         described = answer["content"]["application/json"]
-        assert described["schema"] == {"$ref": "#/components/schemas/AnswerBody"}
+        assert body in (described["schema"], *described["schema"].get("anyOf", ()))
         TypeAdapter(AnswerBody).validate_python(described["example"])
         assert set(described["example"]) == set(schema["components"]["schemas"]["AnswerBody"]["properties"])
 
@@ -59,10 +64,10 @@ def test_every_reference_leads_somewhere(schema: dict[str, Any]) -> None:
 
 
 def test_problems_are_described(schema: dict[str, Any]) -> None:
-    expected = {"406", "413", "415", "422", "503"}
-    assert expected <= set(schema["paths"]["/reconstruct"]["post"]["responses"])
+    expected = {"406", "408", "413", "415", "422", "429", "503"}
+    assert expected <= set(schema["paths"]["/v1/reconstruct"]["post"]["responses"])
     for status in expected:
-        content = schema["paths"]["/reconstruct"]["post"]["responses"][status]["content"]
+        content = schema["paths"]["/v1/reconstruct"]["post"]["responses"][status]["content"]
         assert set(content) == {"application/problem+json"}
         assert content["application/problem+json"]["example"]["status"] == int(status)
 

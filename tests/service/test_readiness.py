@@ -17,7 +17,9 @@ from service.app import create_app
 from service.bundle import Bundle, read_bundle
 from service.catalogue import Catalogue
 from service.inference import Engine, load_engine
+from service.manifest import Errors, HeldOut
 from service.settings import Settings
+from tests.service.asking import problem
 
 Serving = Callable[[FastAPI], AbstractContextManager[httpx.Client]]
 
@@ -71,13 +73,13 @@ def test_a_bundle_that_fails_its_probe_never_serves(
         assert client.get("/sample?category=chair").status_code == 200
 
 
-def test_several_bundles_ask_for_a_category(
+def test_of_several_bundles_the_one_that_explains_a_picture_best_answers(
     serving: Serving, bundle: Bundle, second_bundle_directory: Path, picture: bytes
 ) -> None:
     catalogue = Catalogue((bundle, read_bundle(second_bundle_directory)))
     with serving(create_app(catalogue, Settings())) as client:
         wait_until(lambda: client.get("/readyz").status_code == 200)
-        response = client.post("/reconstruct", files={"image": ("a", picture)})
+        response = client.get("/sample")
         assert response.status_code == 422
         assert response.json()["detail"] == "expected a category, one of car, chair, found none; name one"
         answers = {
@@ -87,6 +89,11 @@ def test_several_bundles_ask_for_a_category(
         for category, answer in answers.items():
             assert answer.headers["chiaro-category"] == category
         assert answers["car"].content != answers["chair"].content
+        chosen = client.post("/reconstruct", files={"image": ("a", picture)}).headers
+        asked = client.post("/reconstruct", files={"image": ("a", picture)}, data={"category": "auto"}).headers
+        assert chosen["chiaro-category"] == asked["chiaro-category"]
+        assert 0.5 <= float(chosen["chiaro-category-probability"]) <= 1
+        assert "chiaro-category-probability" not in answers["car"].headers
 
 
 def test_a_mesh_that_is_not_finite_is_a_problem_and_no_glb(serving: Serving, bundle: Bundle, picture: bytes) -> None:
@@ -101,6 +108,38 @@ def test_a_mesh_that_is_not_finite_is_a_problem_and_no_glb(serving: Serving, bun
         response = client.post("/reconstruct", files={"image": ("a", picture)})
         assert response.status_code == 500
         assert response.json()["detail"].startswith("vertices: expected finite numbers, found others")
+
+
+def test_a_picture_that_no_model_explains_is_422(serving: Serving, bundle: Bundle, picture: bytes) -> None:
+    held_out = HeldOut(pictures=20, framed=Errors(0.0, 1e-6), fitted=None)
+    catalogue = Catalogue((replace(bundle, manifest=replace(bundle.manifest, held_out=held_out)),))
+    with serving(create_app(catalogue, Settings())) as client:
+        wait_until(lambda: catalogue.ready)
+        for form in ("model/gltf-binary", "application/json", "image/png"):
+            response = client.post("/v1/reconstruct", files={"image": ("a", picture)}, headers={"Accept": form})
+            assert "expected a picture that the model of car can explain" in problem(response, 422, "unexplained-image")
+
+
+def test_models_that_are_not_there_choose_nothing(serving: Serving, bundle: Bundle, picture: bytes) -> None:
+    """A bundle that failed is left out where the service chooses, and its own sentence is told where it is named."""
+    altered = {**bundle.probe, "vertices": bundle.probe["vertices"] + np.float32(0.01)}
+    catalogue = Catalogue((replace(bundle, probe=altered),))
+    with serving(create_app(catalogue, Settings())) as client:
+        wait_until(lambda: bool(catalogue.failures))
+        for response in (
+            client.post("/v1/reconstruct", files={"image": ("a", picture)}),
+            client.post("/v1/reconstruct", files={"image": ("a", picture)}, data={"category": "car"}),
+            client.get("/v1/categories"),
+        ):
+            assert "vertices: expected the probe's numbers" in problem(response, 503, "not-ready")
+
+
+def test_a_bundles_bytes_are_let_go_once_its_engine_has_them(bundle: Bundle) -> None:
+    catalogue = Catalogue((bundle,))
+    assert catalogue.names == ("car",)
+    catalogue.load()
+    assert catalogue.bundles == ()
+    assert (catalogue.names, list(catalogue.engines)) == (("car",), ["car"])
 
 
 def test_a_fault_of_our_own_is_a_problem_without_details(serving: Serving, bundle: Bundle) -> None:

@@ -110,7 +110,7 @@ def test_strange_charsets_are_no_fault_of_ours(client: httpx.Client, picture: by
         ),
         (b"x", None, 415, "unsupported-media-type", "found no Content-Type"),
         (b"x", "multipart/form-data", 422, "invalid-form", "Missing boundary"),
-        (b"junk", "multipart/form-data; boundary=x", 422, "invalid-form", "expected one file named image"),
+        (b"junk", "multipart/form-data; boundary=x", 422, "invalid-form", "expected 1 to 16 files named image"),
         (
             b"--x--\r\n",
             "multipart/form-data; boundary=x",
@@ -137,9 +137,31 @@ def test_a_wrong_form_is_named(
 
 
 def test_wrong_fields_are_named(client: httpx.Client, picture: bytes) -> None:
-    two = [("image", ("a", picture)), ("image", ("b", picture))]
-    assert "Too many files" in problem(client.post("/reconstruct", files=two), 422, "invalid-form")
+    many = [("image", ("a", picture))] * 17
+    assert "Too many files" in problem(client.post("/reconstruct", files=many), 422, "invalid-form")
     stranger = client.post("/reconstruct", files={"picture": ("a", picture)})
-    assert "expected the fields image and category, found picture" in problem(stranger, 422, "invalid-form")
+    assert "expected the fields image, category and hypotheses, found picture" in problem(stranger, 422, "invalid-form")
+    twice = client.post("/reconstruct", files={"image": ("a", picture)}, data={"category": ["car", "car"]})
+    assert "expected one category at most, found 2" in problem(twice, 422, "invalid-form")
+    as_file = client.post("/reconstruct", files={"image": ("a", picture), "category": ("a", b"car")})
+    assert "expected category to be text, found a file" in problem(as_file, 422, "invalid-form")
+    half = client.post("/reconstruct", files={"image": ("a", picture)}, data={"image": "text"})
+    assert "found a field without a file name" in problem(half, 422, "invalid-form")
     category = client.post("/reconstruct", files={"category": ("a", b"car")})
     assert "expected a file named image" in problem(category, 422, "invalid-form")
+
+
+@pytest.mark.parametrize("hypotheses", ["0", "361", "-1", "two", "1.5", "٣", "9" * 400, " 3"])
+def test_a_wrong_number_of_hypotheses_is_422(client: httpx.Client, picture: bytes, hypotheses: str) -> None:
+    detail = problem(post(client, picture, hypotheses=hypotheses), 422, "invalid-form")
+    assert f"expected hypotheses from 1 to 360, found “{hypotheses[:40]}”" in detail
+
+
+def test_sixteen_pictures_are_looked_at_together(client: httpx.Client, picture: bytes) -> None:
+    headers = {"Accept": "application/json"}
+    files = [("image", (f"{number}.png", picture)) for number in range(16)]
+    content = client.post("/v1/reconstruct", files=files, data={"hypotheses": "2"}, headers=headers).json()
+    alone = post(client, picture, headers).json()
+    assert len(content["views"]) == 16
+    assert content["shape_code"] == alone["shape_code"]
+    assert all(view["hypotheses"] == alone["hypotheses"][:2] for view in content["views"])

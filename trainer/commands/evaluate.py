@@ -3,84 +3,93 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self, cast
 
-import numpy as np
-import torch
-import tyro
-
-from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
-from trainer.evaluation.gallery import reconstruction_rows
-from trainer.evaluation.protocol import as_json, fit_offset, from_folder, from_meshes, judge, mean_of
-from trainer.evaluation.sheet import write_sheet
+from trainer.evaluation.bundle import from_bundle
+from trainer.evaluation.contact import write_sheets
+from trainer.evaluation.pictures import Pictures, from_folder, from_meshes, grouped, validation_from
+from trainer.evaluation.protocol import judge
+from trainer.evaluation.report import as_json, as_markdown, as_text
+from trainer.evaluation.subject import Subject, from_checkpoint
 from trainer.training.checkpoint import load_checkpoint
 
 
 @dataclass(frozen=True)
 class EvaluateCommand:
-    """Judge a model on objects that it never saw: IoU at 32³, azimuth error, accuracy within 30°.
+    """Judge a model on objects that it never saw: IoU at 32³, azimuth error, accuracy within 30°, and more.
 
     The one rotation between the model's canonical frame and the class's is fitted on the validation pictures only.
-    Writes metrics.json and a contact sheet.
+    Writes metrics.json, report.md and contact sheets of the best, middle and worst objects.
     """
 
-    checkpoint: Path
+    checkpoint: Path | None = None
     """Run directory or checkpoint."""
-    validation: Path
-    """Folder that `trainer render` wrote: the canonical frame is aligned on it, and the mean-shape baseline is its."""
+    bundle: Path | None = None
+    """Instead of --checkpoint: directory of a bundle, which is judged as it is served."""
     images: Path | None = None
     """Test pictures: a folder that `trainer render` wrote, with another seed than training and validation."""
     meshes: Path | None = None
     """Instead of --images: folder of mesh files (front = +z, up = +y), rendered here."""
+    validation: Path | None = None
+    """Folder that `trainer render` wrote: the canonical frame is aligned on it, and the baselines know its shapes. Both
+    are left out without it."""
     views: int = 24
     """Pictures of each mesh at evenly spaced azimuths, 1 to 360 (paper: 24); only with --meshes."""
+    views_per_instance: int = 1
+    """Pictures of an object that the model sees at once, 1 to 64 (paper: 1 or 3, section 5.5): its shape is found from
+    all of them. Of each object there are a multiple of so many."""
     output: Path | None = None
-    """Folder for metrics.json and sheet.png; by default evaluation/ in the run directory."""
+    """Folder to write to; by default evaluation/ in the run directory, or right here for a bundle."""
     json: bool = False
     """Print one JSON object on standard output, and nothing else."""
 
     @classmethod
     def default(cls, arguments: list[str]) -> Self:
-        required: Any = tyro.MISSING
-        return cls(required, required)
+        return cls()
 
     def run(self) -> None:
+        self._check()
+        subject, beside = self._subject()
+        pictures = grouped(self._pictures(subject), self.views_per_instance)
+        validation = None if self.validation is None else validation_from(self.validation, subject.scene)
+        judgement = judge(subject, pictures, validation)
+        figures = as_json(judgement.report) | {"category": subject.category} | subject.training
+        output = beside / "evaluation" if self.output is None else self.output
+        write_bytes(output / "metrics.json", (json.dumps(figures, indent=2, allow_nan=False) + "\n").encode())
+        report = as_markdown(judgement.report, subject.category, pictures.skipped)
+        write_bytes(output / "report.md", report.encode())
+        write_sheets(output, subject, pictures, judgement)
+        if self.json:
+            print(json.dumps(figures, allow_nan=False))
+            return
+        print(as_text(judgement.report, subject.category))
+        print(f"{'written':30}{output}: metrics.json, report.md, best.png, median.png, worst.png, sheet.png")
+
+    def _check(self) -> None:
         if not 1 <= self.views <= 360:
             raise ConfigError(f"Expected --views from 1 to 360, found {self.views}.")
+        if not 1 <= self.views_per_instance <= 64:
+            raise ConfigError(f"Expected --views-per-instance from 1 to 64, found {self.views_per_instance}.")
+        if self.meshes is not None and self.views % self.views_per_instance:
+            raise ConfigError(
+                f"Expected --views to be a multiple of --views-per-instance {self.views_per_instance}, found "
+                f"{self.views}."
+            )
+        if (self.checkpoint is None) == (self.bundle is None):
+            raise ConfigError("Expected either --checkpoint or --bundle, found both or neither.")
         if (self.images is None) == (self.meshes is None):
             raise ConfigError("Expected either --images or --meshes, found both or neither.")
-        checkpoint = load_checkpoint(self.checkpoint)
-        scene = checkpoint.scene
-        validation = load_image_folder(self.validation, scene.width, scene.height)
-        offset = fit_offset(checkpoint, validation)
+
+    def _subject(self) -> tuple[Subject, Path]:
+        """(the model, the directory beside whose files the figures belong)"""
+        if self.bundle is not None:
+            return from_bundle(self.bundle), Path()
+        path = cast(Path, self.checkpoint)
+        return from_checkpoint(load_checkpoint(path)), path if path.is_dir() else path.parent
+
+    def _pictures(self, subject: Subject) -> Pictures:
         if self.meshes is not None:
-            tested = from_meshes(self.meshes, scene, self.views)
-        elif self.images is not None:
-            tested = from_folder(self.images, scene)
-        report = judge(checkpoint, tested, offset, mean_of(self.validation, validation))
-        figures = as_json(report) | {
-            "category": checkpoint.category,
-            "step": checkpoint.step,
-            "seconds": checkpoint.run["seconds"],
-        }
-        directory = self.checkpoint if self.checkpoint.is_dir() else self.checkpoint.parent
-        output = directory / "evaluation" if self.output is None else self.output
-        write_bytes(output / "metrics.json", (json.dumps(figures, indent=2) + "\n").encode())
-        shown = np.linspace(0, len(tested.images) - 1, min(8, len(tested.images))).astype(int)
-        with torch.no_grad():
-            titles, rows = reconstruction_rows(checkpoint.model, scene, tested.images[shown], offset)
-        write_sheet(output / "sheet.png", rows, titles)
-        if self.json:
-            print(json.dumps(figures))
-            return
-        overlap, baseline = report.iou, report.mean_shape_iou
-        known = "not known" if baseline is None else f"{baseline:.3f}"
-        accuracy, flipped = report.azimuth_accuracy.value, report.flipped
-        print(f"{report.objects} objects, {report.pictures} pictures of {checkpoint.category}")
-        print(f"IoU               {overlap.value:.3f}  [{overlap.low:.3f}, {overlap.high:.3f}]   (mean shape: {known})")
-        print(f"azimuth error     {report.azimuth_error_degrees.value:.1f}° (median)")
-        print(f"within 30°        {accuracy:.2f}   (wrong by more than 150°: {flipped:.2f})")
-        print(f"canonical frame   turned by {report.azimuth_offset_degrees:.0f}°")
-        print(f"written           {output / 'metrics.json'}, {output / 'sheet.png'}")
+            return from_meshes(self.meshes, subject.scene, self.views)
+        return from_folder(cast(Path, self.images), subject.scene)

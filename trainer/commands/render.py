@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import tyro
 
+from trainer.commands.objects import object_source
 from trainer.config import CameraConfig, SceneConfig
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
+from trainer.data.rig import load_rig
 from trainer.data.scene import check_scene
-from trainer.data.shapes.catalogue import check_category
+from trainer.data.shapenet import Split
 from trainer.errors import ConfigError
 
 # A sample takes eight bytes while its picture is drawn.
@@ -27,12 +29,16 @@ class RenderCommand:
 
     output: Path
     """Folder to write."""
-    category: str = ""
-    """Procedural class: car or chair."""
+    category: Annotated[str, tyro.conf.arg(name="class")] = ""
+    """Procedural class, of which `trainer shapes` shows what it holds; or, with --shapenet, class of ShapeNet."""
     meshes: Path | None = None
     """Instead of a class: folder of OBJ, PLY, STL, OFF, GLB or glTF files, front = +z, up = +y."""
+    shapenet: Path | None = None
+    """Folder of ShapeNetCore, version 1 or 2 as unpacked, front = -z; takes --class of it."""
+    split: Split = "all"
+    """Part of ShapeNet's class: as all.csv says where it is there, else 70:10:20 % by a hash of the model's name."""
     instances: int = 0
-    """Objects; 0 means 1000 of a procedural class, or every file of a mesh folder."""
+    """Objects; 0 means 1000 of a procedural class, or everything that is in a folder."""
     views: int = 1
     """Pictures of each object, 1 to 1000."""
     seed: int = 0
@@ -43,6 +49,12 @@ class RenderCommand:
     """Height of a picture, pixels."""
     camera: CameraConfig = field(default_factory=CameraConfig)
     """Where the camera stands."""
+    rig: str = "colour"
+    """Lights: colour, white, or a TOML file with `ambient` and [[lights]]."""
+    rotate_lights: bool = False
+    """Turn all lights together about the vertical axis, by another angle in each picture."""
+    renderer: Literal["chiaro", "pyrender"] = "chiaro"
+    """Who draws: chiaro, or OpenGL as an outside opinion."""
     supersampling: int = 4
     """Samples along each side of a pixel, 1 to 32."""
     workers: Annotated[int, tyro.conf.arg(metavar="N")] = 0
@@ -54,8 +66,8 @@ class RenderCommand:
         return cls(required)
 
     def run(self) -> None:
-        if bool(self.category) == (self.meshes is not None):
-            raise ConfigError("Expected either --category CLASS or --meshes DIRECTORY, found both or neither.")
+        if self.shapenet is None and bool(self.category) == (self.meshes is not None):
+            raise ConfigError("Expected either --class CLASS or --meshes DIRECTORY, found both or neither.")
         for option, value, low, high in (
             ("instances", self.instances, 0, 1_000_000),
             ("views", self.views, 1, 1000),
@@ -64,9 +76,9 @@ class RenderCommand:
         ):
             if not low <= value <= high:
                 raise ConfigError(f"Expected --{option} from {low} to {high}, found {value}.")
-        if self.category:
-            check_category(self.category)
-        scene = SceneConfig(width=self.width, height=self.height, camera=self.camera)
+        source = object_source(self.category, self.meshes, self.shapenet, self.split)
+        rig = load_rig(self.rig)
+        scene = SceneConfig(self.width, self.height, self.camera, rig.lights, rig.ambient)
         check_scene(scene)
         samples = self.width * self.height * self.supersampling**2
         if samples > MOST_SAMPLES:
@@ -74,10 +86,16 @@ class RenderCommand:
                 f"Expected at most {MOST_SAMPLES:,} samples a picture (width · height · supersampling²), found "
                 f"{samples:,}. Make the pictures smaller, or lower --supersampling."
             )
-        # An absolute path is never taken for a class, whatever the folder is called.
-        source = self.category if self.meshes is None else str(self.meshes.resolve())
-        settings = RenderSettings(source=source, seed=self.seed, supersampling=self.supersampling)
-        instances = self.instances or (1000 if self.category else None)
+        settings = RenderSettings(
+            source=source.source,
+            seed=self.seed,
+            rotate_lights=self.rotate_lights,
+            supersampling=self.supersampling,
+            synset=source.synset,
+            split=source.split,
+            renderer=self.renderer,
+        )
+        instances = self.instances or (1000 if self.meshes is None and self.shapenet is None else None)
         report = render_folder(self.output, settings, scene, instances, self.views, self.workers or None)
         print(
             f"{report.written} pictures written, {report.kept} kept, {len(report.skipped)} objects skipped in "

@@ -8,10 +8,15 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from trainer.commands.fresh import FreshOptions, open_fresh
+from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.config import TrainConfig
-from trainer.data.images import load_image_folder
+from trainer.data.images import ImageSet, load_image_folder
+from trainer.data.source import PictureSource
+from trainer.errors import ConfigError
+from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import load_preset, preset_names
-from trainer.training.checkpoint import load_checkpoint
+from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_settings
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
@@ -20,18 +25,21 @@ from trainer.training.threads import limit_threads
 
 @dataclass(frozen=True)
 class TrainCommand:
-    """Learn shape and pose from a folder of pictures, without labels.
+    """Learn shape and pose from pictures, without labels.
 
+    The pictures are those of a folder (--images), or are drawn for each step, from another side each time: of a
+    procedural class (--class alone), of mesh files (--meshes) or of ShapeNet (--shapenet).
     Writes into the run directory: config.json, metrics.jsonl, tensorboard/, previews/ and checkpoint.safetensors.
     Ctrl-C saves and stops; --resume goes on from there.
     """
 
-    images: Path
-    """Folder of pictures (PNG, JPEG, WebP), as `trainer render` writes it or your own. --resume remembers it."""
+    images: Path | None
+    """Folder of pictures (PNG, JPEG, WebP), as `trainer render` writes it or your own, of one object each before a
+    plain or transparent background: prepared.png shows how they are cut out. --resume remembers it."""
     run_directory: Annotated[Path, tyro.conf.arg(name="run")]
     """Run directory, new or (with --resume) old."""
-    category: str = ""
-    """What the pictures show, one word; by default the name of the picture folder."""
+    category: Annotated[str, tyro.conf.arg(name="class")] = ""
+    """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = "demo"
     """Named settings, or a TOML file; every option below overrides it."""
     resume: bool = False
@@ -40,6 +48,8 @@ class TrainCommand:
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
     """How often what is written, in steps."""
+    fresh: Annotated[FreshOptions, tyro.conf.arg(name="")] = field(default_factory=FreshOptions)
+    """Views that are drawn for each step."""
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
     """Settings."""
 
@@ -48,23 +58,35 @@ class TrainCommand:
         """The defaults that --preset or --resume bring, looked up before the other options are read."""
         required: Any = tyro.MISSING
         if not arguments or arguments[0] != "train":
-            return cls(required, required)
+            return cls(None, required)
         run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or "demo"
         if "--resume" in arguments and run:
             before = load_checkpoint(Path(run))
-            images = Path(before.run["images"]) if "images" in before.run else required
-            return cls(images, required, config=before.config, category=before.category)
-        return cls(required, required, config=load_preset(preset))
+            images = Path(before.run["images"]) if "images" in before.run else None
+            fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
+            return cls(images, required, before.category, fresh=fresh, config=before.config)
+        return cls(None, required, config=load_preset(preset))
 
     def run(self) -> None:
         check_settings(self.config)
         check_intervals(self.intervals)
         limit_threads(self.threads)
-        category = self.category or self.images.resolve().name
+        category = self._category()
         check_category(category)
-        images = load_image_folder(self.images, self.config.width, self.config.height)
         console = Console(stderr=True)
-        console.print(f"{len(images)} pictures of {len(images.instance_names)} objects, {category}")
+        source: ImageSet | PictureSource
+        provenance: dict[str, Any]
+        if self.images is not None:
+            source = load_image_folder(self.images, self.config.width, self.config.height)
+            provenance = {"images": str(self.images.resolve())}
+            console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
+            check_preparation(self.images, source)
+            if self.resume or not (self.run_directory / FILE_NAME).exists():
+                report_preparation(console, self.images, source, self.run_directory)
+        else:
+            source = open_fresh(self.fresh, category, self.config)
+            provenance = {"fresh": to_mapping(self.fresh.absolute())}
+            console.print(f"fresh views of {source.training} objects, {source.validation} more held out, {category}")
         columns = (
             TextColumn("training"),
             BarColumn(),
@@ -82,11 +104,20 @@ class TrainCommand:
                 progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
 
             last = train(
-                self.config, images, category, self.run_directory, self.intervals, self.resume, report,
-                {"images": str(self.images.resolve())},
+                self.config, source, category, self.run_directory, self.intervals, self.resume, report, provenance
             )  # fmt: skip
         done = "finished" if last.step >= self.config.optimiser.steps else "stopped; continue with --resume"
         console.print(f"{done} at step {last.step} after {last.run['seconds']:.0f} s: {self.run_directory}")
+
+    def _category(self) -> str:
+        """Raises ConfigError where no pictures are named, or two kinds of them."""
+        folders = [folder for folder in (self.images, self.fresh.meshes, self.fresh.shapenet) if folder]
+        if len(folders) > 1 or not (folders or self.category):
+            raise ConfigError(
+                "Expected one of --images DIR, --meshes DIR, --shapenet DIR and --class CLASS, found "
+                f"{'none' if not folders else ' and '.join(map(str, folders))}."
+            )
+        return self.category or Path(folders[0]).resolve().name
 
 
 def _value_of(option: str, arguments: list[str]) -> str | None:

@@ -4,6 +4,7 @@ import dataclasses
 import logging
 import math
 import os
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,17 +16,32 @@ from numba import njit
 from numpy import ndarray
 from torch import Tensor
 
+from imaging.framing import Frame, frame_of
+from imaging.srgb import decode_table
 from trainer.config import SceneConfig
-from trainer.data.decoding import decode_picture
+from trainer.data.decoding import Decoded, Unusable, decode_picture
 from trainer.data.metadata import METADATA_FILE, Row, read_metadata
 from trainer.data.scene import read_scene
-from trainer.data.srgb import decode_table
 from trainer.errors import DataError
 
 FORMATS = (".png", ".jpg", ".jpeg", ".webp")
 """File name endings that are read, in lower case."""
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """How the pictures of a folder were brought into the model's frame."""
+
+    framed: int = 0
+    """Pictures that were in it already: the folder has a scene.json."""
+    alpha: int = 0
+    """Pictures whose object was cut out by their transparency."""
+    background: int = 0
+    """Pictures from which a plain background was removed."""
+    refused: tuple[str, ...] = ()
+    """A sentence for each picture whose object cannot be told from its background."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +64,8 @@ class ImageSet:
     """Camera and lights, at the size of `pictures`."""
     skipped: tuple[str, ...]
     """A sentence for each file that could not be read."""
+    preparation: Preparation = Preparation()
+    """How the pictures came to be as they are."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -62,43 +80,69 @@ class ImageSet:
 
 
 def load_image_folder(folder: Path, width: int, height: int) -> ImageSet:
-    """All PNG, JPEG and WebP pictures in a folder and below it, reduced to `width` × `height`, in order of their names.
+    """All PNG, JPEG and WebP pictures in a folder and below it, at `width` × `height`, in order of their names.
 
-    A picture is scaled to fit by area averaging in linear light, and padded evenly with black where its aspect differs;
-    transparent pixels are black. `metadata.csv` and `scene.json` are used where present: without the former each
-    picture is an object of its own and no azimuth is known, without the latter the scene is the default one. Where
-    padding enlarges the height, the scene's field of view is widened to match.
+    A folder with a `scene.json` was rendered in that scene's frame: its pictures are scaled to fit by area averaging in
+    linear light, and padded evenly with black where their aspect differs; where padding enlarges the height, the
+    scene's field of view is widened to match. The pictures of any other folder are brought into the default scene's
+    frame: the object is told by its transparency, or else by a plain background, and set on black, cropped and scaled
+    to stand where renderings stand (see `imaging.preparation`).
 
-    Pictures that cannot be read, that metadata.csv does not name, or that it names in vain, are counted and named in
-    one warning each kind. Raises DataError where the folder is missing or holds no picture that can be read.
+    `metadata.csv` is used where present: without it each picture is an object of its own and no azimuth is known.
+    Pictures that cannot be read, whose object cannot be told, that metadata.csv does not name, or that it names in
+    vain, are counted and named in one warning each kind. Raises DataError where the folder is missing or holds no
+    picture that can be used.
     """
     names = _picture_names(folder)
     rows = read_metadata(folder)
     if rows is not None:
         names = _named_in_both(folder, names, rows)
-    # Beyond a few threads the reading of many small files gains nothing.
-    with ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
-        decoded = list(pool.map(lambda name: decode_picture(folder / name, width, height), names))
-    skipped = tuple(result for result in decoded if isinstance(result, str))
-    readable = [(name, result) for name, result in zip(names, decoded, strict=True) if not isinstance(result, str)]
-    if not readable:
-        raise DataError(f"none of the {len(names)} pictures in {folder} can be read; first: {skipped[0]}")
-    if skipped:
-        logger.warning("skipped %d of %d pictures that cannot be read; first: %s", len(skipped), len(names), skipped[0])
+    rendered = read_scene(folder)
+    scene = fitted(rendered or SceneConfig(width=height, height=height), width, height)
+    frame = frame_of(width, height, scene.camera.distance, scene.camera.field_of_view_degrees)
+    kept, decoded, preparation, skipped = _decoded(folder, names, frame, rendered is not None)
 
-    kept = tuple(name for name, _ in readable)
     known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
     instance_names, instances = np.unique([row.instance for row in known], return_inverse=True)
     return ImageSet(
-        pictures=np.stack([picture for _, picture in readable]),
+        pictures=np.stack([picture.codes for picture in decoded]),
         names=kept,
         instances=instances.astype(np.int64),
         instance_names=tuple(map(str, instance_names)),
         azimuths=_radians([row.azimuth_degrees for row in known]),
         light_azimuths=_radians([row.light_azimuth_degrees for row in known]),
-        scene=fitted(read_scene(folder) or SceneConfig(width=width, height=height), width, height),
+        scene=scene,
         skipped=skipped,
+        preparation=preparation,
     )
+
+
+def _decoded(
+    folder: Path, names: list[str], frame: Frame, framed: bool
+) -> tuple[tuple[str, ...], list[Decoded], Preparation, tuple[str, ...]]:
+    """The names of pictures that can be used, the pictures, how they were prepared, and what cannot be read."""
+    # Beyond a few threads the reading of many small files gains nothing.
+    with ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
+        found = list(pool.map(lambda name: decode_picture(folder / name, frame, framed), names))
+    unusable = [result for result in found if isinstance(result, Unusable)]
+    kept = [(name, result) for name, result in zip(names, found, strict=True) if isinstance(result, Decoded)]
+    refused = tuple(result.sentence for result in unusable if result.refused)
+    skipped = tuple(result.sentence for result in unusable if not result.refused)
+    if not kept:
+        raise DataError(
+            f"none of the {len(names)} pictures in {folder} can be used; first: {unusable[0].sentence}; "
+            "expected pictures of one object each, before a plain or transparent background"
+        )
+    if skipped:
+        logger.warning("skipped %d of %d pictures that cannot be read; first: %s", len(skipped), len(names), skipped[0])
+    if refused:
+        logger.warning(
+            "refused %d of %d pictures whose object cannot be told from its background; first: %s",
+            len(refused), len(names), refused[0],
+        )  # fmt: skip
+    methods = Counter(result.method for _, result in kept)
+    preparation = Preparation(methods["framed"], methods["alpha"], methods["background"], refused)
+    return tuple(name for name, _ in kept), [result for _, result in kept], preparation, skipped
 
 
 def fitted(scene: SceneConfig, width: int, height: int) -> SceneConfig:

@@ -1,6 +1,7 @@
 """A picture of a mesh: camera, lights and colours in numpy, drawn by the supersampling rasteriser."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -10,6 +11,9 @@ from rasteriser import supersample
 from trainer.config import DirectionalLight, SceneConfig
 from trainer.data.normals import corner_normals
 from trainer.data.shapes.solid import Mesh
+
+Draw = Callable[[Mesh, float, float, Float64[ndarray, "F 3 3"]], Float32[ndarray, "H W 3"]]
+"""What draws a picture: (mesh, azimuth, light azimuth, corner normals) to linear colour over black."""
 
 
 def draw(
@@ -27,12 +31,12 @@ def draw(
     """
     if normals is None:
         normals = corner_normals(mesh)
-    rotation = rotation_about_y(azimuth)
-    world = mesh.vertices @ rotation.T
-    colours = lit(normals @ rotation.T, scene, light_azimuth)
-    camera = to_camera(world, scene)
+    # To the object the lights are turned the other way. As one long list: numpy multiplies a stack of small matrices
+    # one by one.
+    colours = lit(normals.reshape(-1, 3), scene, light_azimuth - azimuth).reshape(-1, 3, 3)
+    camera = to_camera(mesh.vertices @ rotation_about_y(azimuth).T, scene)
     return supersample.render(
-        camera[mesh.faces], colours, focal_length(scene), scene.width, scene.height, supersampling
+        camera.take(mesh.faces, axis=0), colours, focal_length(scene), scene.width, scene.height, supersampling
     )
 
 
@@ -43,7 +47,7 @@ def rotation_about_y(angle: float) -> Float64[ndarray, "3 3"]:
 
 
 def lit(normals: Float64[ndarray, "*N 3"], scene: SceneConfig, light_azimuth: float = 0.0) -> Float64[ndarray, "*N 3"]:
-    """Linear colour of white points with unit `normals` in the world frame: ambient + Σ colour·|n·l|, cut off at 1."""
+    """Linear colour of white points of unit `normals`, as the lights stand: ambient + Σ colour·|n·l|, cut off at 1."""
     directions = np.stack([light_direction(light, light_azimuth) for light in scene.lights] or [np.zeros(3)])
     intensities = np.array([light.colour for light in scene.lights] or [(0.0, 0.0, 0.0)])
     colours: Float64[ndarray, "*N 3"] = np.clip(np.abs(normals @ directions.T) @ intensities + scene.ambient, 0.0, 1.0)

@@ -2,11 +2,12 @@
 
 import dataclasses
 import json
+import logging
 import os
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from trainer.config import SceneConfig
 from trainer.data.meshes import load_mesh, mesh_files
 from trainer.data.metadata import Row
 from trainer.data.scene import SCENE_FILE, read_scene, write_scene
+from trainer.data.shapenet import SYNSETS, Split, load_model, model_names
 from trainer.data.shapes.catalogue import CATEGORIES, make_shape
 from trainer.data.shapes.solid import Mesh
 from trainer.data.writing import write_bytes
@@ -23,19 +25,27 @@ from trainer.mapping import from_mapping, to_mapping
 SETTINGS_FILE = "render.json"
 _SEED_STRIDE = 1_000_000
 
+logger = logging.getLogger(__name__)
+
 
 @dataclasses.dataclass(frozen=True)
 class RenderSettings:
     """What determines the pictures, beside the scene."""
 
     source: str
-    """A procedural class, or the path of a folder of meshes."""
+    """A procedural class, or the path of a folder: of meshes, or of ShapeNetCore."""
     seed: int = 0
     """Names the shapes (procedural) and the poses; 0 or more."""
     rotate_lights: bool = False
     """Whether the lights are turned by a uniform angle in [0°, 180°) in each picture."""
     supersampling: int = 4
     """Samples along each side of a pixel."""
+    synset: str = ""
+    """ShapeNetCore's folder of the class, such as 02958343; empty for every other source."""
+    split: Split = "all"
+    """Which part of ShapeNetCore's class."""
+    renderer: Literal["chiaro", "pyrender"] = "chiaro"
+    """Who draws: ours, or OpenGL as an outside opinion."""
 
 
 class Job(NamedTuple):
@@ -51,18 +61,31 @@ def plan_jobs(settings: RenderSettings, instances: int | None, views: int) -> li
             "expected a seed of 0 or more and at least one instance, view and sample, found "
             f"seed {settings.seed}, instances {instances}, views {views}, supersampling {settings.supersampling}"
         )
+    return [Job(name, tuple(poses(settings, name, views))) for name in instance_names(settings, instances)]
+
+
+def instance_names(settings: RenderSettings, instances: int | None) -> list[str]:
+    """The objects of a source, each by the name that `load_instance` takes; None means all that there are.
+
+    Raises ConfigError for a class that does not exist, or too few or too many objects of it, DataError for a folder
+    without any.
+    """
+    root = Path(settings.source)
+    if settings.synset:
+        return model_names(root, settings.synset, settings.split)[:instances]
     if not is_procedural(settings):
-        root = Path(settings.source)
-        names = [path.relative_to(root).as_posix() for path in mesh_files(root)][:instances]
-    elif instances is None or instances > _SEED_STRIDE:
+        names = [path.relative_to(root).as_posix() for path in mesh_files(root)]
+        if names[0].endswith("models/model_normalized.obj"):
+            logger.warning("%s looks like ShapeNetCore, whose front is -z: with --shapenet it would be turned", root)
+        return names[:instances]
+    if instances is None or not 1 <= instances <= _SEED_STRIDE:
         raise ConfigError(f"expected 1 to {_SEED_STRIDE:,} instances of a procedural class, found {instances}")
-    else:
-        make_shape(settings.source, settings.seed)
-        names = [f"{settings.source}-{shape_seed(settings.seed, index):07d}" for index in range(instances)]
-    return [Job(name, tuple(_views(settings, name, views))) for name in names]
+    make_shape(settings.source, settings.seed)
+    return [f"{settings.source}-{shape_seed(settings.seed, index):07d}" for index in range(instances)]
 
 
-def _views(settings: RenderSettings, instance: str, views: int) -> Iterator[Row]:
+def poses(settings: RenderSettings, instance: str, views: int) -> Iterator[Row]:
+    """How an object is shown in each of its pictures: uniformly at random, and the same on every call."""
     stem = f"{category_of(settings)}/{instance.replace('/', '__')}"
     for view in range(views):
         rng = np.random.default_rng([settings.seed, zlib.crc32(instance.encode()), view])
@@ -78,6 +101,8 @@ def shape_seed(seed: int, index: int) -> int:
 
 def load_instance(settings: RenderSettings, instance: str) -> Mesh:
     """The mesh that an `instance` of metadata.csv names. Raises DataError where there is none."""
+    if settings.synset:
+        return load_model(Path(settings.source), settings.synset, instance)
     if not is_procedural(settings):
         return load_mesh(Path(settings.source) / instance)
     category, _, seed = instance.rpartition("-")
@@ -87,6 +112,9 @@ def load_instance(settings: RenderSettings, instance: str) -> Mesh:
 
 
 def category_of(settings: RenderSettings) -> str:
+    """What the pictures show, as their folder is called."""
+    if settings.synset:
+        return next(category for category, synset in SYNSETS.items() if synset == settings.synset)
     return settings.source if is_procedural(settings) else Path(settings.source).resolve().name or "meshes"
 
 
@@ -106,11 +134,18 @@ def claim(out: Path, settings: RenderSettings, scene: SceneConfig) -> None:
     for there, wanted, file in found:
         if there is not None and there != wanted:
             raise DataError(
-                f"{out / file} holds other settings than this run's: expected {wanted}, found {there}; "
+                f"{out / file} holds other settings than this run's: {_differences(wanted, there)}; "
                 "render into another folder, or delete this one"
             )
     write_scene(out, scene)
     write_bytes(out / SETTINGS_FILE, (json.dumps(to_mapping(settings), indent=2) + "\n").encode())
+
+
+def _differences(wanted: object, there: object) -> str:
+    expected, found = to_mapping(wanted), to_mapping(there)
+    return "; ".join(
+        f"{key}: expected {expected[key]}, found {found[key]}" for key in expected if expected[key] != found[key]
+    )
 
 
 def read_settings(folder: Path) -> RenderSettings | None:

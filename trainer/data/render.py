@@ -9,34 +9,41 @@ Each picture depends only on the settings, its instance and its view: an interru
 and a larger number of instances or views extends a folder without changing what it holds.
 """
 
+import gc
 import logging
 import math
 import os
-import signal
 import time
+from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
-from PIL import Image
+import numpy as np
+from jaxtyping import Float32, UInt8
+from numpy import ndarray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from imaging.srgb import encode
 from trainer.config import SceneConfig
 from trainer.data.metadata import read_metadata, write_metadata
 from trainer.data.normals import corner_normals
-from trainer.data.picture import draw
+from trainer.data.opengl import opengl
+from trainer.data.picture import Draw, draw
 from trainer.data.plan import Job, RenderSettings, category_of, claim, load_instance, plan_jobs
-from trainer.data.srgb import encode
-from trainer.data.writing import write_png
+from trainer.data.png import encode_png
+from trainer.data.writing import write_bytes
 from trainer.errors import DataError, StorageError
+from trainer.interrupts import interrupts_left_to_this_process
 
-_CHUNK = 8
+# Objects that a process takes at once. To open OpenGL takes it as long as to draw fifty pictures.
+_CHUNKS = {"chiaro": 8, "pyrender": 64}
 _FEWEST_FOR_PROCESSES = 64
 
 logger = logging.getLogger(__name__)
@@ -67,11 +74,14 @@ def render_folder(
 
     `instances` None means every file of a mesh folder. `workers` processes share the work, by default one a core.
     Finished pictures of an earlier run with the same settings are kept. Meshes that cannot be read are named in a
-    warning, counted and skipped. Raises ConfigError for settings that mean nothing, DataError where `out` holds
-    pictures of other settings or no mesh can be read, StorageError where `out` cannot be written.
+    warning, counted and skipped. Raises ConfigError for settings that mean nothing or a renderer that is not
+    installed, DataError where `out` holds pictures of other settings or no mesh can be read, StorageError where `out`
+    cannot be written.
     """
     started = time.monotonic()
     jobs = plan_jobs(settings, instances, views)
+    with drawing(settings, scene):
+        pass  # What cannot be drawn with is told before anything is written.
     claim(out, settings, scene)
     earlier = read_metadata(out) or {}
     # Poses are known beforehand. Written first, the file tells a reader of an unfinished folder what is missing.
@@ -104,21 +114,29 @@ Result = tuple[Job, int, str | None]
 def _execute(
     out: Path, settings: RenderSettings, scene: SceneConfig, jobs: list[Job], workers: int | None
 ) -> Iterator[Result]:
-    """Runs the jobs, in this process or in several, and yields each as it is done."""
+    """Runs the jobs, in this process and `workers` - 1 more, and yields each as it is done."""
     workers = max(1, workers or len(os.sched_getaffinity(0)))
     if workers == 1 or sum(len(job.rows) for job in jobs) < _FEWEST_FOR_PROCESSES:
-        for job in jobs:
-            yield _render(out, settings, scene, job)
+        with _settled(), drawing(settings, scene) as draws:
+            for job in jobs:
+                yield _render(out, settings, job, draws)
         return
-    chunks = [jobs[start : start + _CHUNK] for start in range(0, len(jobs), _CHUNK)]
-    pool = ProcessPoolExecutor(min(workers, len(chunks)), get_context("spawn"))
+    size = _CHUNKS[settings.renderer]
+    chunks = [jobs[start : start + size] for start in range(0, len(jobs), size)]
+    pool = ProcessPoolExecutor(min(workers - 1, len(chunks)), get_context("spawn"), _settle)
     try:
-        with _interrupts_left_to_this_process():
-            futures: list[Future[list[Result]]] = [
-                pool.submit(_render_all, out, settings, scene, chunk) for chunk in chunks
-            ]
-        for future in as_completed(futures):
-            yield from future.result()
+        with interrupts_left_to_this_process():
+            futures: deque[tuple[list[Job], Future[list[Result]]]] = deque(
+                (chunk, pool.submit(_render_all, out, settings, scene, chunk)) for chunk in chunks
+            )
+        # The processes begin with the first chunk, and this one, which need not start up, with the last.
+        with _settled():
+            while futures:
+                while futures and futures[0][1].done():
+                    yield from futures.popleft()[1].result()
+                if futures:
+                    chunk, last = futures.pop()
+                    yield from _render_all(out, settings, scene, chunk) if last.cancel() else last.result()
     except BrokenProcessPool as error:
         raise StorageError(
             "a rendering process was ended from outside, often for want of memory; finished pictures are kept: "
@@ -128,24 +146,40 @@ def _execute(
         pool.shutdown(cancel_futures=True)
 
 
+def _settle() -> None:
+    """From now on Python does not look again and again for garbage among what there is already."""
+    gc.freeze()
+
+
 @contextmanager
-def _interrupts_left_to_this_process() -> Iterator[None]:
-    """Processes that are started in the block inherit that Ctrl-C is held back, from their first moment on; one that
-    comes meanwhile reaches this process at the end of the block."""
-    # It would let signals through again, were it started within the block.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _settled() -> Iterator[None]:
+    """The same, for the block."""
+    _settle()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        gc.unfreeze()
 
 
 def _render_all(out: Path, settings: RenderSettings, scene: SceneConfig, jobs: list[Job]) -> list[Result]:
-    return [_render(out, settings, scene, job) for job in jobs]
+    with drawing(settings, scene) as draws:
+        return [_render(out, settings, job, draws) for job in jobs]
 
 
-def _render(out: Path, settings: RenderSettings, scene: SceneConfig, job: Job) -> Result:
+@contextmanager
+def drawing(settings: RenderSettings, scene: SceneConfig) -> Iterator[Draw]:
+    """What draws the pictures, for the block and this thread. Raises ConfigError where it is not installed."""
+    match settings.renderer:
+        case "chiaro":
+            yield lambda mesh, azimuth, light_azimuth, normals: draw(
+                mesh, azimuth, light_azimuth, scene, settings.supersampling, normals
+            )[0]
+        case "pyrender":
+            with opengl(scene, settings.supersampling) as draws:
+                yield draws
+
+
+def _render(out: Path, settings: RenderSettings, job: Job, draws: Draw) -> Result:
     """Draws what is missing of one object: how many pictures, or why it cannot be drawn."""
     missing = [row for row in job.rows if not (out / row.file_name).exists()]
     if not missing:
@@ -156,13 +190,17 @@ def _render(out: Path, settings: RenderSettings, scene: SceneConfig, job: Job) -
         return job, 0, str(error)
     normals = corner_normals(mesh)
     for row in missing:
-        azimuth, light_azimuth = (
-            math.radians(row.azimuth_degrees or 0.0),
-            math.radians(row.light_azimuth_degrees or 0.0),
-        )
-        colour, _ = draw(mesh, azimuth, light_azimuth, scene, settings.supersampling, normals)
-        write_png(out / row.file_name, Image.fromarray(encode(colour)))
+        angles = math.radians(row.azimuth_degrees or 0.0), math.radians(row.light_azimuth_degrees or 0.0)
+        write_bytes(out / row.file_name, encode_png(_encoded(draws(mesh, *angles, normals))))
     return job, len(missing), None
+
+
+def _encoded(colour: Float32[ndarray, "H W 3"]) -> UInt8[ndarray, "H W 3"]:
+    """sRGB codes; the background, most of a picture, is spared the arithmetic."""
+    codes = np.zeros(colour.shape, np.uint8)
+    seen = colour > 0
+    codes[seen] = encode(colour[seen])
+    return codes
 
 
 def _progress(show: bool) -> Progress:

@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float32, Int64
 from torch import Tensor
 
 from trainer.config import SceneConfig
 from trainer.geometry.normals import vertex_normals
-from trainer.model.posterior import most_probable_azimuth
+from trainer.model.posterior import most_probable_azimuth, most_probable_light
 from trainer.model.vae import Model
 from trainer.rendering import cpu
 from trainer.rendering.camera import project
-from trainer.rendering.lighting import shade
+from trainer.rendering.lighting import shade, shade_by_light
 
 Picture = Float32[np.ndarray, "H W 3"]
 
@@ -23,27 +23,49 @@ COMFORTABLE_WIDTH = 128
 
 
 def render(
-    model: Model, scene: SceneConfig, vertices: Float[Tensor, "N V 3"], azimuth: Float[Tensor, "N"]
+    faces: Int64[Tensor, "F 3"],
+    scene: SceneConfig,
+    vertices: Float[Tensor, "N V 3"],
+    azimuth: Float[Tensor, "N"],
+    light_azimuth: Float[Tensor, "N"] | None = None,
 ) -> Float[Tensor, "N 3 H W"]:
-    """Pictures of shapes turned by `azimuth` radians, in the training's own scene."""
+    """Pictures of shapes turned by `azimuth` radians, in the training's own scene, its lights turned by `light_azimuth`
+    radians."""
     screen = project(vertices, azimuth, scene.camera, scene.width, scene.height)
-    colours = shade(vertex_normals(vertices, model.faces), azimuth, scene)
-    return cpu.draw(screen, colours, cpu.topology_of(model.faces), scene.width, scene.height)
+    normals = vertex_normals(vertices, faces)
+    if light_azimuth is None:
+        colours = shade(normals, azimuth, scene)
+    else:
+        colours = shade_by_light(normals, azimuth, light_azimuth[:, None], scene).squeeze(2)
+    return cpu.draw(screen, colours, cpu.topology_of(faces), scene.width, scene.height)
 
 
 def reconstruction_rows(
-    model: Model, scene: SceneConfig, images: Float[Tensor, "B 3 H W"], azimuth_offset: float = 0.0
+    model: Model, scene: SceneConfig, images: Float[Tensor, "B 3 H W"]
+) -> tuple[list[str], list[list[Picture]]]:
+    """(titles, rows) of what a model makes of pictures, its canonical frame as it is."""
+    posterior = model.encode(images)
+    vertices, azimuth = model.decode(posterior.shape_mean), most_probable_azimuth(posterior)
+    reconstructions = render(model.faces, scene, vertices, azimuth, most_probable_light(posterior))
+    return comparison_rows(model.faces, scene, images, reconstructions, vertices)
+
+
+def comparison_rows(
+    faces: Int64[Tensor, "F 3"],
+    scene: SceneConfig,
+    images: Float[Tensor, "N 3 H W"],
+    reconstructions: Float[Tensor, "N 3 H W"],
+    vertices: Float[Tensor, "N V 3"],
+    azimuth_offset: float = 0.0,
 ) -> tuple[list[str], list[list[Picture]]]:
     """(titles, rows): input, reconstruction from the same view, then the shape from three fixed sides.
 
     `azimuth_offset` (radians) turns the model's own canonical frame into that of the class: true ≈ predicted + offset.
     """
-    posterior = model.encode(images)
-    vertices = model.decode(posterior.shape_mean)
-    columns = [images, render(model, scene, vertices, most_probable_azimuth(posterior))]
+    columns = [images, reconstructions]
     for side in SIDES_DEGREES:
         azimuth = torch.full((len(images),), math.radians(side) - azimuth_offset)
-        columns.append(render(model, scene, vertices, azimuth))
+        columns.append(render(faces, scene, vertices, azimuth))
     titles = ["input", "reconstruction", *(f"from {side:+.0f}°" for side in SIDES_DEGREES)]
     return titles, [list(row) for row in zip(*(as_pictures(column) for column in columns), strict=True)]
 
@@ -55,7 +77,9 @@ def sample_rows(
     vertices = model.decode(shape_codes)
     sides = (-45.0, 45.0, 135.0, -135.0)
     columns = [
-        as_pictures(render(model, scene, vertices, torch.full((len(vertices),), math.radians(side) - azimuth_offset)))
+        as_pictures(
+            render(model.faces, scene, vertices, torch.full((len(vertices),), math.radians(side) - azimuth_offset))
+        )
         for side in sides
     ]
     return [f"from {side:+.0f}°" for side in sides], [list(row) for row in zip(*columns, strict=True)]

@@ -13,6 +13,8 @@ from numpy.random import Generator
 
 CORRECT_WITHIN = np.radians(30.0)
 """Largest error of an azimuth that counts as correct."""
+FLIPPED_BEYOND = np.radians(150.0)
+"""Beyond this error an object was taken for its own back."""
 
 
 class Interval(NamedTuple):
@@ -34,6 +36,25 @@ def azimuth_error(predicted: Float[ndarray, "N"], true: Float[ndarray, "N"]) -> 
     """Angle between azimuths, 0 … π."""
     angle: Float[ndarray, " N"] = np.abs(np.remainder(predicted - true + np.pi, 2 * np.pi) - np.pi)
     return angle
+
+
+def symmetric_azimuth_error(
+    predicted: Float[ndarray, "N"], true: Float[ndarray, "N"], orders: Float[ndarray, "N"]
+) -> Float[ndarray, "N"]:
+    """The least of the errors against all azimuths at which the object looks as it does, 0 … π/n.
+
+    `orders` are those of `trainer.evaluation.symmetry`: an object of order n repeats after 2π/n, one of order infinity
+    looks the same at every azimuth.
+    """
+    error = azimuth_error(predicted, true)
+    period = 2 * np.pi / orders
+    turns = np.round(np.divide(error, period, out=np.zeros_like(error), where=period > 0))
+    return np.where(period > 0, np.abs(error - turns * period), 0.0)
+
+
+def mean(values: Float[ndarray, "N"]) -> float:
+    """The mean, as a plain number."""
+    return float(np.mean(values))
 
 
 def median_error(errors: Float[ndarray, "N"]) -> float:
@@ -70,7 +91,7 @@ def bootstrap(
     values: Float[ndarray, "N"],
     objects: Integer[ndarray, "N"],
     rng: Generator,
-    statistic: Callable[[Float[ndarray, "M"]], float] = lambda values: float(np.mean(values)),
+    statistic: Callable[[Float[ndarray, "M"]], float] = mean,
     rounds: int = 1000,
 ) -> Interval:
     """A statistic of all values with its 95 % interval: whole objects, with all their views, are drawn anew.
@@ -91,6 +112,6 @@ def bootstrap(
 def mean_shape(training: Bool[ndarray, "N R R R"]) -> Bool[ndarray, "R R R"]:
     """The baseline that knows the class but not the picture: the voxels that are full in at least a share of the
     training shapes; the share, out of 19 from 5 % to 95 %, is the one with the best mean IoU on those shapes."""
-    mean = training.mean(0)
-    candidates = [mean >= share for share in np.arange(1, 20) / 20]
+    shares = training.mean(0)
+    candidates = [shares >= share for share in np.arange(1, 20) / 20]
     return max(candidates, key=lambda candidate: float(iou(training, candidate[None]).mean()))

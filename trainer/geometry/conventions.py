@@ -31,3 +31,13 @@ def rotation_about_y(angle: Float[Tensor, "*N"]) -> Float[Tensor, "*N 3 3"]:
         torch.stack((-sine, zero, cosine), -1),
     )
     return torch.stack(rows, -2)
+
+
+def euler_rotation(angles: Float[Tensor, "*N 3"]) -> Float[Tensor, "*N 3 3"]:
+    """R_y(a₀) · R_x(a₁) · R_z(a₂), each right-handed, for column vectors; radians."""
+    # Turning all axes round by one place makes of a rotation about +Y one about +Z, and by two one about +X.
+    about_y, about_x, about_z = (
+        rotation_about_y(angle).roll((shift, shift), (-2, -1))
+        for angle, shift in zip(angles.unbind(-1), (0, 2, 1), strict=True)
+    )
+    return about_y @ about_x @ about_z

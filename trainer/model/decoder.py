@@ -1,14 +1,25 @@
 """F_φ(z) of Appendix A and M(Π) of section 3: from a shape code to vertices."""
 
+from typing import NamedTuple
+
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import BaseMesh
 
 # Displacements are learnt in this unit (a diagonal of the object is 1), so that weights are of ordinary size.
 DISPLACEMENT_UNIT = 0.3
 INITIAL_SPREAD = 0.01
+
+
+class Part(NamedTuple):
+    """A named piece of a mesh: consecutive faces."""
+
+    name: str
+    first_face: int
+    face_count: int
 
 
 class SubdivisionDecoder(nn.Module):
@@ -21,6 +32,7 @@ class SubdivisionDecoder(nn.Module):
         super().__init__()
         self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
         self.register_buffer("faces", torch.as_tensor(base.faces))
+        self.parts = (Part("body", 0, len(base.faces)),)
         self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
         self.displacements = nn.Linear(hidden, 3 * len(base.vertices))
         nn.init.normal_(self.displacements.weight, std=INITIAL_SPREAD)
@@ -31,3 +43,7 @@ class SubdivisionDecoder(nn.Module):
         offsets = self.displacements(self.hidden(shape_code)).unflatten(1, (-1, 3))
         vertices: Tensor = self.base_vertices + DISPLACEMENT_UNIT * offsets
         return vertices
+
+    def normals(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
+        """`vertex_normals` of those vertices."""
+        return vertex_normals(self(shape_code), self.faces)

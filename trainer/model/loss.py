@@ -11,7 +11,13 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
-from trainer.model.posterior import Posterior, azimuth_fine_divergence, bin_centres, shape_divergence
+from trainer.model.posterior import (
+    Posterior,
+    azimuth_fine_divergence,
+    bin_centres,
+    light_fine_divergence,
+    shape_divergence,
+)
 
 PAPER_PIXELS = 128 * 96
 
@@ -44,25 +50,34 @@ def training_loss(
     weights: LossWeights,
     expected_log_likelihood: Float[Tensor, "B"],
     posterior: Posterior,
-    displacement_laplacian: Float[Tensor, "B V 3"],
+    displacement_laplacian: Float[Tensor, "B V 3"] | None,
     responsibility: Float[Tensor, "B R"] | None,
+    light_responsibility: Float[Tensor, "B L"] | None = None,
 ) -> LossTerms:
     """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
     taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
-    paper; then ρ is matched to its prior instead."""
+    paper; then ρ is matched to its prior instead. The same goes for the light's, where it varies. What has no
+    displacements (None) has no Laplacian term."""
     zero = expected_log_likelihood.new_zeros(())
-    matching, teaching = zero, zero
-    if responsibility is not None:
-        teaching = weights.distillation * distillation(posterior.azimuth_logits, responsibility)
-    else:
-        matching = weights.prior_matching * prior_matching(posterior.azimuth_logits.softmax(1))
+    matching, teaching, laplacian = zero, zero, zero
+    angles = [(posterior.azimuth_logits, responsibility)]
     divergence = shape_divergence(posterior).sum(1) + azimuth_fine_divergence(posterior)
+    if posterior.light is not None:
+        angles.append((posterior.light.logits, light_responsibility))
+        divergence = divergence + light_fine_divergence(posterior.light)
+    for logits, taught in angles:
+        if taught is not None:
+            teaching = teaching + weights.distillation * distillation(logits, taught)
+        else:
+            matching = matching + weights.prior_matching * prior_matching(logits.softmax(1))
+    if displacement_laplacian is not None:
+        laplacian = weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean()
     return LossTerms(
         reconstruction=-expected_log_likelihood.mean(),
         kl=weights.kl * divergence.mean(),
         prior_matching=matching,
         distillation=teaching,
-        laplacian=weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean(),
+        laplacian=laplacian,
     )
 
 
@@ -71,16 +86,24 @@ def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
     return (rho.mean(0) - 1.0 / rho.shape[1]).abs().sum()
 
 
-def balanced_posterior(evidence: Float[Tensor, "B R"], iterations: int) -> Float[Tensor, "B R"]:
+def balanced_posterior(evidence: Float[Tensor, "B *bins"], iterations: int) -> Float[Tensor, "B *bins"]:
     """The exact E-step: softmax of the bins' evidence (log p / T + log prior), balanced over the batch.
 
     A few Sinkhorn rounds: each divides every column by its mean and makes every row sum to 1 again. The batch then uses
-    all bins alike: the aggregate posterior matches the uniform prior by construction, as Eq. 13 asks of ρ.
+    all bins alike: the aggregate posterior matches the uniform prior by construction, as Eq. 13 asks of ρ. Where bins
+    are pairs (θ, λ), each round does so for the bins of the one angle and then for those of the other.
     """
-    log_q = evidence.log_softmax(1)
+    log_q = _normalised(evidence)
+    axes = range(1, evidence.ndim)
     for _ in range(iterations):
-        log_q = (log_q - log_q.logsumexp(0, keepdim=True)).log_softmax(1)
+        for balanced in axes:
+            others = [axis for axis in range(evidence.ndim) if axis != balanced]
+            log_q = _normalised(log_q - log_q.logsumexp(others, keepdim=True))
     return log_q.exp()
+
+
+def _normalised(log_q: Float[Tensor, "B *bins"]) -> Float[Tensor, "B *bins"]:
+    return log_q.flatten(1).log_softmax(1).reshape(log_q.shape)
 
 
 def distillation(logits: Float[Tensor, "B R"], responsibility: Float[Tensor, "B R"]) -> Float[Tensor, ""]:

@@ -1,4 +1,4 @@
-"""Q_ω(z, θ | x): the variational posterior, and its KL divergences from the prior (section 4 of the paper)."""
+"""Q_ω(z, θ, λ | x): the variational posterior, and its KL divergences from the prior (section 4 of the paper)."""
 
 import math
 from typing import NamedTuple
@@ -14,6 +14,14 @@ from trainer.geometry.conventions import wrap_angle
 SMALLEST_DEVIATION = 1e-4
 
 
+class LightPosterior(NamedTuple):
+    """The parameters of Q(λ) for a batch of pictures; angles in radians."""
+
+    logits: Float[Tensor, "B L"]
+    fine_mean: Float[Tensor, "B"]  # ξ in (-π/2R, π/2R)
+    fine_deviation: Float[Tensor, "B"]  # ζ
+
+
 class Posterior(NamedTuple):
     """The parameters of Q for a batch of pictures; angles in radians."""
 
@@ -22,12 +30,14 @@ class Posterior(NamedTuple):
     azimuth_logits: Float[Tensor, "B R"]
     azimuth_fine_mean: Float[Tensor, "B"]  # ξ in (-π/R, π/R)
     azimuth_fine_deviation: Float[Tensor, "B"]  # ζ
+    light: LightPosterior | None = None
+    """None where the light is fixed."""
 
 
 class PosteriorHeads(nn.Module):
-    """A fully connected layer for each parameter of Q (Appendix A)."""
+    """A fully connected layer for each parameter of Q (Appendix A); none for λ where `light_bins` is 0."""
 
-    def __init__(self, features: int, latent: int, azimuth_bins: int) -> None:
+    def __init__(self, features: int, latent: int, azimuth_bins: int, light_bins: int = 0) -> None:
         super().__init__()
         self.bins = azimuth_bins
         self.shape_mean = nn.Linear(features, latent)
@@ -35,6 +45,7 @@ class PosteriorHeads(nn.Module):
         self.azimuth_logits = nn.Linear(features, azimuth_bins)
         self.azimuth_fine_mean = nn.Linear(features, 1)
         self.azimuth_fine_deviation = nn.Linear(features, 1)
+        self.light = LightHeads(features, light_bins) if light_bins else None
 
     def forward(self, features: Float[Tensor, "B features"]) -> Posterior:
         half_bin = math.pi / self.bins
@@ -45,7 +56,39 @@ class PosteriorHeads(nn.Module):
             self.azimuth_logits(features),
             torch.tanh(self.azimuth_fine_mean(features)).squeeze(1) * half_bin,
             functional.softplus(self.azimuth_fine_deviation(features)).squeeze(1) * half_bin + SMALLEST_DEVIATION,
+            None if self.light is None else self.light(features),
         )
+
+
+class LightHeads(nn.Module):
+    """A fully connected layer for each parameter of Q(λ) (Appendix A)."""
+
+    def __init__(self, features: int, bins: int) -> None:
+        super().__init__()
+        self.bins = bins
+        self.logits = nn.Linear(features, bins)
+        self.fine_mean = nn.Linear(features, 1)
+        self.fine_deviation = nn.Linear(features, 1)
+
+    def forward(self, features: Float[Tensor, "B features"]) -> LightPosterior:
+        half_bin = half_light_bin(self.bins)
+        return LightPosterior(
+            self.logits(features),
+            torch.tanh(self.fine_mean(features)).squeeze(1) * half_bin,
+            functional.softplus(self.fine_deviation(features)).squeeze(1) * half_bin + SMALLEST_DEVIATION,
+        )
+
+
+def pooled_over_views(posterior: Posterior, views: int) -> Posterior:
+    """Q where each `views` consecutive pictures show one object: their means and deviations of z become the largest
+    over all of them, dimension by dimension (section 4, "Shape"). Each picture keeps its own pose and light."""
+    if views == 1:
+        return posterior
+    mean, deviation = (
+        part.unflatten(0, (-1, views)).amax(1).repeat_interleave(views, 0)
+        for part in (posterior.shape_mean, posterior.shape_deviation)
+    )
+    return posterior._replace(shape_mean=mean, shape_deviation=deviation)
 
 
 def bin_centres(bins: int, like: Tensor) -> Float[Tensor, "R"]:
@@ -53,10 +96,31 @@ def bin_centres(bins: int, like: Tensor) -> Float[Tensor, "R"]:
     return torch.arange(bins, dtype=like.dtype, device=like.device) * (2 * math.pi / bins) - math.pi
 
 
+def half_light_bin(bins: int) -> float:
+    """π/2R, radians."""
+    return math.pi / (2 * bins)
+
+
+def light_bin_centres(bins: int, like: Tensor) -> Float[Tensor, "L"]:
+    """(r + ½) · π/R, the coarse bins of λ in radians.
+
+    They cover [0, π) evenly, as it is no circle: turned by π, a light above the horizon comes from elsewhere.
+    """
+    return (torch.arange(bins, dtype=like.dtype, device=like.device) + 0.5) * (math.pi / bins)
+
+
 def most_probable_azimuth(posterior: Posterior) -> Float[Tensor, "B"]:
     """Centre of the most probable coarse bin plus the mean of the fine angle, in [-π, π)."""
     centres = bin_centres(posterior.azimuth_logits.shape[1], posterior.azimuth_fine_mean)
     return wrap_angle(centres[posterior.azimuth_logits.argmax(1)] + posterior.azimuth_fine_mean)
+
+
+def most_probable_light(posterior: Posterior) -> Float[Tensor, "B"] | None:
+    """Centre of the most probable coarse bin of λ plus the mean of the fine angle; None where the light is fixed."""
+    if posterior.light is None:
+        return None
+    centres = light_bin_centres(posterior.light.logits.shape[1], posterior.light.fine_mean)
+    return centres[posterior.light.logits.argmax(1)] + posterior.light.fine_mean
 
 
 def shape_divergence(posterior: Posterior) -> Float[Tensor, "B Z"]:
@@ -68,6 +132,11 @@ def azimuth_fine_divergence(posterior: Posterior) -> Float[Tensor, "B"]:
     """KL[Q(θ_fine) || Normal(0, π/R)], nats (Eq. 10; π/R is a standard deviation)."""
     prior = math.pi / posterior.azimuth_logits.shape[1]
     return _normal_divergence(posterior.azimuth_fine_mean, posterior.azimuth_fine_deviation, prior)
+
+
+def light_fine_divergence(light: LightPosterior) -> Float[Tensor, "B"]:
+    """KL[Q(λ_fine) || Normal(0, π/2R)], nats: half a bin is a standard deviation, as it is for θ."""
+    return _normal_divergence(light.fine_mean, light.fine_deviation, half_light_bin(light.logits.shape[1]))
 
 
 def _normal_divergence(mean: Tensor, deviation: Tensor, prior_deviation: float) -> Tensor:

@@ -6,26 +6,30 @@ from torch import Tensor, nn
 
 from trainer.config import ModelConfig
 from trainer.geometry.topology import subdivided_cube
+from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
 from trainer.model.encoder import Encoder
-from trainer.model.posterior import Posterior, PosteriorHeads
+from trainer.model.posterior import Posterior, PosteriorHeads, pooled_over_views
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
 BASE_CUBE_SIDE = 0.4
+# Blocks of an object (Appendix B).
+ORTHO_BLOCKS, FULL_BLOCKS = 6, 12
+
+Decoder = SubdivisionDecoder | BlockDecoder
 
 
 class Model(nn.Module):
-    """x → Q(z, θ | x), and z → vertices."""
+    """x → Q(z, θ, λ | x), and z → vertices. There is a λ only where the light varies."""
 
     def __init__(self, config: ModelConfig, width: int, height: int) -> None:
         super().__init__()
         self.config = config
         self.width, self.height = width, height
         self.encoder = Encoder(config.encoder_channels, width, height)
-        self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins)
-        self.decoder = SubdivisionDecoder(
-            config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE)
-        )
+        light_bins = config.light_bins if config.light == "varying" else 0
+        self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins, light_bins)
+        self.decoder = decoder_of(config)
 
     @property
     def faces(self) -> Tensor:
@@ -36,10 +40,27 @@ class Model(nn.Module):
         posterior: Posterior = self.heads(self.encoder(images))
         return posterior
 
+    def encode_views(self, images: Float[Tensor, "B N 3 H W"]) -> Posterior:
+        """Q for N pictures of each of B objects, a row a picture; the N rows of an object have its shape in common."""
+        return pooled_over_views(self.encode(images.flatten(0, 1)), images.shape[1])
+
     def decode(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""
         vertices: Tensor = self.decoder(shape_code)
         return vertices
+
+
+def decoder_of(config: ModelConfig) -> Decoder:
+    """The decoder of a parameterisation, new."""
+    match config.parameterisation:
+        case "subdivision":
+            return SubdivisionDecoder(config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE))
+        case "ortho-block":
+            blocks = config.blocks or ORTHO_BLOCKS
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False)
+        case "full-block":
+            blocks = config.blocks or FULL_BLOCKS
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=True)
 
 
 def sample_normal(

@@ -1,4 +1,5 @@
-"""Named settings: one TOML file each, with what differs from the defaults of `trainer.config`."""
+"""Named settings: one TOML file each, with what differs from the defaults of `trainer.config`; and the rows of the
+paper's tables, `table-2/full-block`, which are the demo's recipe in the row's setting."""
 
 import difflib
 import tomllib
@@ -8,6 +9,11 @@ from pathlib import Path
 from trainer.config import TrainConfig
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping
+from trainer.tables.setting import setting_for, training_config
+from trainer.tables.table import load_table, table_names
+
+# What the rows of tables start from.
+_RECIPE = "demo"
 
 
 def preset_names() -> list[str]:
@@ -17,11 +23,15 @@ def preset_names() -> list[str]:
 
 
 def load_preset(name: str) -> TrainConfig:
-    """A preset by its name, or a TOML file of one's own by its path.
+    """A preset by its name, a row of a table as TABLE/ROW or TABLE/ROW/CLASS, or a TOML file of one's own by its path.
 
     Raises:
-        ConfigError: no such preset or file, not TOML, or a setting that does not exist.
+        ConfigError: no such preset, row or file, a row whose setting depends on a class that is not named, not TOML, or
+            a setting that does not exist.
     """
+    table, _, row = name.partition("/")
+    if row and table in table_names():
+        return _row(table, *row.split("/", 1))
     if name.endswith(".toml"):
         try:
             text = Path(name).read_text(encoding="utf-8")
@@ -39,3 +49,14 @@ def load_preset(name: str) -> TrainConfig:
         return from_mapping(TrainConfig, tomllib.loads(text), name, TrainConfig())
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{name}: expected a TOML file, found {error}. Mend it.") from error
+
+
+def _row(table: str, name: str, category: str = "") -> TrainConfig:
+    setting = load_table(table).row(name).setting
+    assert setting is not None
+    if setting.parameterisation == "best" and not category:
+        raise ConfigError(
+            f"The row {table}/{name} takes the best parameterisation of each class. Expected a class behind it, such "
+            f"as {table}/{name}/car, found none."
+        )
+    return training_config(setting_for(setting, category), load_preset(_RECIPE))

@@ -9,8 +9,8 @@ from jaxtyping import Float, Int64
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from rasteriser import likelihood
-from rasteriser.likelihood import CREASE
+from rasteriser import likelihood, pictures
+from rasteriser.pictures import CREASE
 from rasteriser.topology import Topology, build_topology
 
 # A hypothesis whose share of the largest gradient is below this gets none: its picture is not drawn again.
@@ -39,13 +39,13 @@ class _LogLikelihood(torch.autograd.Function):
         values = likelihood.log_likelihood(
             *_flat(screen, colours), topology, pictures.detach().numpy(), crease, binarise
         )
-        return torch.as_tensor(values.reshape(screen.shape[:2]), dtype=screen.dtype)
+        return torch.as_tensor(values.reshape(_hypotheses(colours)), dtype=screen.dtype)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
         screen, colours, pictures = ctx.saved_tensors
-        scales = upstream.double().numpy().reshape(-1).copy()
+        scales = upstream.double().flatten(0, 1).numpy().copy()
         scales[np.abs(scales) < NEGLIGIBLE_WEIGHT * np.abs(scales).max(initial=0.0)] = 0.0
         _, gradients = likelihood.log_likelihood_gradient(
             *_flat(screen, colours), ctx.topology, pictures.numpy(), scales, *ctx.options
@@ -66,7 +66,7 @@ class _ExpectedLogLikelihood(torch.autograd.Function):
         crease: float,
         binarise: float,
     ) -> Tensor:
-        scales = weights.detach().double().reshape(-1).numpy()
+        scales = weights.detach().double().flatten(0, 1).numpy()
         scales = np.where(scales < NEGLIGIBLE_RESPONSIBILITY, 0.0, scales)
         values, gradients = likelihood.log_likelihood_gradient(
             *_flat(screen, colours), topology, pictures.detach().numpy(), scales, crease, binarise
@@ -75,14 +75,13 @@ class _ExpectedLogLikelihood(torch.autograd.Function):
             _owned(gradients.screen).reshape(screen.shape),
             _owned(gradients.colours).reshape(colours.shape),
         )
-        return torch.as_tensor((values * scales).reshape(screen.shape[:2]).sum(1), dtype=screen.dtype)
+        return torch.as_tensor((values * scales).reshape(len(screen), -1).sum(1), dtype=screen.dtype)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None, None]:
-        to_screen, to_colours = ctx.saved_tensors
-        scale = upstream[:, None, None, None]
-        return to_screen * scale, to_colours * scale, None, None, None, None, None
+        to_screen, to_colours = (part * upstream.reshape(-1, *(1,) * (part.ndim - 1)) for part in ctx.saved_tensors)
+        return to_screen, to_colours, None, None, None, None, None
 
 
 class _Draw(torch.autograd.Function):
@@ -93,28 +92,27 @@ class _Draw(torch.autograd.Function):
         ctx.save_for_backward(screen, colours)
         ctx.topology, ctx.crease = topology, crease
         return torch.from_numpy(
-            likelihood.draw(screen.detach().numpy(), colours.detach().numpy(), topology, width, height, crease)
+            pictures.draw(screen.detach().numpy(), colours.detach().numpy(), topology, width, height, crease)
         )
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
         screen, colours = ctx.saved_tensors
-        gradients = likelihood.draw_gradient(
-            screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy(), ctx.crease
-        )
+        gradients = pictures.draw_gradient(screen.numpy(), colours.numpy(), ctx.topology, upstream.numpy(), ctx.crease)
         return _owned(gradients.screen), _owned(gradients.colours), None, None, None, None
 
 
 def log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
-) -> Float[Tensor, "B R"]:
-    """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
+) -> Float[Tensor, "B R *L"]:
+    """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out), or under
+    each of them in each of L lights, where `colours` has an axis for these.
 
     Differentiable in `screen` (x, y, inverse depth) and `colours`. The backward pass draws again only those hypotheses
     whose incoming gradient is not negligible (below 1e-4 of the largest). Options are those of
@@ -127,9 +125,9 @@ def log_likelihood(
 
 def expected_log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
-    weights: Float[Tensor, "B R"],
+    weights: Float[Tensor, "B R *L"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
@@ -160,6 +158,11 @@ def draw(
 
 def _flat(screen: Tensor, colours: Tensor) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     return screen.detach().flatten(0, 1).numpy(), colours.detach().flatten(0, 1).numpy()
+
+
+def _hypotheses(colours: Tensor) -> tuple[int, ...]:
+    """(B, R) or (B, R, L): the sizes of colours without those of vertices and channels."""
+    return (*colours.shape[:2], *colours.shape[3:-1])
 
 
 def _check_finite(screen: Tensor, colours: Tensor) -> None:

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int64
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from rasteriser.likelihood import CREASE
+from rasteriser.pictures import CREASE
 from rasteriser.topology import Topology
 from trainer.rendering.cpu import NEGLIGIBLE_RESPONSIBILITY, NEGLIGIBLE_WEIGHT
 from trainer.rendering.reference import binarised
@@ -45,13 +45,14 @@ def draw(
 
 def log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
-) -> Float[Tensor, "B R"]:
-    """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
+) -> Float[Tensor, "B R *L"]:
+    """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out), or under
+    each of them in each of L lights, where `colours` has an axis for these.
 
     Differentiable in `screen` (x, y, inverse depth) and `colours`. The backward pass draws again only those hypotheses
     whose incoming gradient is not negligible (below 1e-4 of the largest). Raises as `draw` does, where hypothesis r of
@@ -67,9 +68,9 @@ def log_likelihood(
 
 def expected_log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
-    weights: Float[Tensor, "B R"],
+    weights: Float[Tensor, "B R *L"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
@@ -92,7 +93,8 @@ class _LogLikelihood(torch.autograd.Function):
         ctx.mesh, ctx.options = mesh, options
         everything = torch.arange(screen[..., 0, 0].numel(), device=screen.device)
         values = _values(*_hypotheses(screen, colours, pictures, everything), mesh, *options)
-        return values.to(screen.dtype).reshape(screen.shape[:2])
+        values = values.to(screen.dtype)
+        return values.reshape(*screen.shape[:2], *values.shape[1:])
 
     @staticmethod
     @once_differentiable
@@ -112,28 +114,28 @@ class _ExpectedLogLikelihood(torch.autograd.Function):
         wanted = torch.where(weights < NEGLIGIBLE_RESPONSIBILITY, 0.0, weights)
         values, *gradients = _weighed_values(screen, colours, pictures, wanted, mesh, options)
         ctx.save_for_backward(*gradients)
-        return values.sum(1).to(screen.dtype)
+        return values.flatten(1).sum(1).to(screen.dtype)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, None, None, None, None]:
-        to_screen, to_colours = ctx.saved_tensors
-        scale = upstream[:, None, None, None]
-        return to_screen * scale, to_colours * scale, None, None, None, None
+        to_screen, to_colours = (part * upstream.reshape(-1, *(1,) * (part.ndim - 1)) for part in ctx.saved_tensors)
+        return to_screen, to_colours, None, None, None, None
 
 
 def _weighed_values(
     screen: Tensor, colours: Tensor, pictures: Tensor, weights: Tensor, mesh: Mesh, options: Options
-) -> tuple[Float[Tensor, "B R"], Float[Tensor, "B R V 3"], Float[Tensor, "B R V C"]]:
-    """w log p of each hypothesis and its gradients. What has no weight is not drawn."""
-    wanted = weights.flatten().nonzero()[:, 0]
-    values = torch.zeros(weights.numel(), dtype=torch.float64, device=screen.device)
+) -> tuple[Float[Tensor, "B R *L"], Float[Tensor, "B R V 3"], Float[Tensor, "B R V *L C"]]:
+    """w log p of each hypothesis and its gradients. What has no weight in any light is not drawn."""
+    each = weights.flatten(0, 1)
+    wanted = (each != 0).reshape(len(each), -1).any(1).nonzero()[:, 0]
+    values = torch.zeros(each.shape, dtype=torch.float64, device=screen.device)
     to_screen, to_colours = torch.zeros_like(screen).flatten(0, 1), torch.zeros_like(colours).flatten(0, 1)
     if len(wanted):
         *drawn, targets = _hypotheses(screen.detach(), colours.detach(), pictures, wanted)
         with torch.enable_grad():
             one, two = (part.requires_grad_() for part in drawn)
-            weighed = _values(one, two, targets, mesh, *options) * weights.flatten()[wanted]
+            weighed = _values(one, two, targets, mesh, *options) * each[wanted]
             to_screen[wanted], to_colours[wanted] = torch.autograd.grad(weighed.sum(), (one, two))
         values[wanted] = weighed.detach()
     return values.reshape(weights.shape), to_screen.reshape(screen.shape), to_colours.reshape(colours.shape)
@@ -141,19 +143,21 @@ def _weighed_values(
 
 def _hypotheses(
     screen: Tensor, colours: Tensor, pictures: Tensor, which: Int64[Tensor, "N"]
-) -> tuple[Float[Tensor, "N V 3"], Float[Tensor, "N V C"], Float[Tensor, "N C H W"]]:
+) -> tuple[Float[Tensor, "N V 3"], Float[Tensor, "N V *L C"], Float[Tensor, "N C H W"]]:
     """Those of all hypotheses that are asked for, each with its picture."""
     return screen.flatten(0, 1)[which], colours.flatten(0, 1)[which], pictures[which // screen.shape[1]]
 
 
 def _values(
     screen: Tensor, colours: Tensor, targets: Tensor, mesh: Mesh, crease: float, binarise: float
-) -> Float[Tensor, "N"]:
-    height, width = targets.shape[2:]
-    drawn = _draw(screen, colours, mesh, width, height, crease)
+) -> Float[Tensor, "N *L"]:
+    channels, height, width = targets.shape[1:]
+    # Lights are so many more channels of one drawing.
+    drawn = _draw(screen, colours.flatten(2), mesh, width, height, crease)
     if binarise > 0:
         drawn, targets = binarised(drawn, binarise), binarised(targets, binarise)
-    return residual_log_likelihood(drawn - targets)
+    residuals = drawn.unflatten(1, (-1, channels)) - targets[:, None]
+    return residual_log_likelihood(residuals.flatten(0, 1)).reshape(len(screen), *colours.shape[2:-1])
 
 
 def _draw(screen: Tensor, colours: Tensor, mesh: Mesh, width: int, height: int, crease: float) -> Tensor:
@@ -170,13 +174,15 @@ def _check(screen: Tensor, colours: Tensor, topology: Topology, dimensions: int)
         raise ValueError(
             f"expected tensors on a GPU, found them on {screen.device}; move them there or use the CPU renderer"
         )
-    if screen.ndim != dimensions or screen.shape[-1] != 3 or colours.shape[:-1] != screen.shape[:-1]:
+    same = screen.ndim == dimensions and colours.shape[: screen.ndim - 1] == screen.shape[:-1]
+    if not same or screen.shape[-1] != 3 or not 0 <= colours.ndim - screen.ndim <= dimensions - 3:
         form, found = "[N, V, ·]" if dimensions == 3 else "[B, R, V, ·]", f"{[*screen.shape]} and {[*colours.shape]}"
         raise ValueError(f"expected screen with 3 numbers and colours as {form} of the same sizes, found {found}")
     vertices = screen.shape[-2]
     if len(topology.faces) and not 0 <= topology.faces.min() <= topology.faces.max() < vertices:
         raise ValueError(f"expected faces that name vertices 0 to {vertices - 1}, found {topology.faces.max()}")
-    bad = ~(screen.isfinite().all(-1).all(-1) & colours.isfinite().all(-1).all(-1)).flatten()
+    vertex = dimensions - 2
+    bad = ~(screen.isfinite().flatten(vertex).all(-1) & colours.isfinite().flatten(vertex).all(-1)).flatten()
     first = int(torch.where(bad, torch.arange(len(bad), device=bad.device), len(bad)).amin()) if len(bad) else 0
     if first < len(bad):
         raise FloatingPointError(f"expected finite vertices and colours, found NaN or infinity first in mesh {first}")

@@ -26,6 +26,21 @@ def shade(
     `normals` are in the object frame; the lights stay with the camera, so it is they that turn by -azimuth here.
     """
     turned = light_directions(scene, normals) @ rotation_about_y(azimuth)
-    colours = normals.new_tensor([light.colour for light in scene.lights]).reshape(-1, 3)
-    cosines = (normals @ turned.transpose(-1, -2)).abs()
-    return cosines @ colours + torch.as_tensor(scene.ambient, dtype=normals.dtype, device=normals.device)
+    return _reflected((normals @ turned.transpose(-1, -2)).abs(), scene)
+
+
+def shade_by_light(
+    normals: Float[Tensor, "*B V 3"],
+    azimuth: Float[Tensor, "*B"],
+    light_azimuth: Float[Tensor, "*B L"],
+    scene: SceneConfig,
+) -> Float[Tensor, "*B V L 3"]:
+    """`shade`, with all lights turned together about +Y by each light azimuth λ (radians) in the camera's frame."""
+    turned = light_directions(scene, normals) @ rotation_about_y(azimuth[..., None] - light_azimuth)
+    cosines = (normals @ turned.flatten(-3, -2).transpose(-1, -2)).abs()
+    return _reflected(cosines.unflatten(-1, turned.shape[-3:-1]), scene)
+
+
+def _reflected(cosines: Float[Tensor, "*N K"], scene: SceneConfig) -> Float[Tensor, "*N 3"]:
+    colours = cosines.new_tensor([light.colour for light in scene.lights]).reshape(-1, 3)
+    return cosines @ colours + torch.as_tensor(scene.ambient, dtype=cosines.dtype, device=cosines.device)

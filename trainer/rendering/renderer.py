@@ -12,7 +12,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from rasteriser.likelihood import CREASE
+from rasteriser.pictures import CREASE
 from rasteriser.topology import Topology
 from trainer.rendering import cpu, reference
 
@@ -61,18 +61,19 @@ def draw(
 
 def log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
     backend: Backend = "auto",
-) -> Float[Tensor, "B R"]:
+) -> Float[Tensor, "B R *L"]:
     """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
 
-    On black. Where `binarise` is positive, it is the η of the silhouette loss (section 5.3): pixels p of both pictures
-    become p / (p + η) first. The fast backends draw again, for the gradient, only hypotheses whose incoming gradient is
-    not negligible (below 1e-4 of the largest).
+    Where `colours` has an axis for L lights, it is log P(x | z, θ, λ) for each of them: what is seen where is found
+    once, and a finite `crease` is one for all lights that are drawn. On black. Where `binarise` is positive, it is the
+    η of the silhouette loss (section 5.3): pixels p of both pictures become p / (p + η) first. The fast backends draw
+    again, for the gradient, only hypotheses whose incoming gradient is not negligible (below 1e-4 of the largest).
 
     Raises:
         FloatingPointError: vertices or colours that are not finite.
@@ -89,9 +90,9 @@ def log_likelihood(
 
 def expected_log_likelihood(
     screen: Float[Tensor, "B R V 3"],
-    colours: Float[Tensor, "B R V C"],
+    colours: Float[Tensor, "B R V *L C"],
     pictures: Float[Tensor, "B C H W"],
-    weights: Float[Tensor, "B R"],
+    weights: Float[Tensor, "B R *L"],
     topology: Topology,
     crease: float = CREASE,
     binarise: float = 0.0,
@@ -103,7 +104,7 @@ def expected_log_likelihood(
         case "reference":
             kept = torch.where(weights < cpu.NEGLIGIBLE_RESPONSIBILITY, 0.0, weights)
             values = _reference_log_likelihood(screen, colours, pictures, topology, crease, binarise)
-            return (values * kept).sum(1)
+            return (values * kept).flatten(1).sum(1)
         case "cpu":
             return cpu.expected_log_likelihood(screen, colours, pictures, weights, topology, crease, binarise)
         case "cuda":
@@ -126,19 +127,12 @@ def _resolved(backend: Backend, tensor: Tensor) -> Literal["reference", "cpu", "
 
 def _reference_log_likelihood(
     screen: Tensor, colours: Tensor, pictures: Tensor, topology: Topology, crease: float, binarise: float
-) -> Float[Tensor, "B R"]:
+) -> Float[Tensor, "B R *L"]:
     faces = torch.as_tensor(topology.faces).long()
-    height, width = pictures.shape[2:]
-    return torch.stack(
-        [
-            torch.stack(
-                [
-                    reference.log_likelihood(
-                        reference.draw(one, paint, faces, width, height, crease), picture, binarise
-                    )
-                    for one, paint in zip(shapes, paints, strict=True)
-                ]
-            )
-            for shapes, paints, picture in zip(screen, colours, pictures, strict=True)
-        ]
-    )
+    channels, height, width = pictures.shape[1:]
+    values = []
+    for shapes, paints, picture in zip(screen, colours, pictures, strict=True):
+        for one, paint in zip(shapes, paints.flatten(2) if paints.ndim == 4 else paints, strict=True):
+            drawn = reference.draw(one, paint, faces, width, height, crease)
+            values += [reference.log_likelihood(light, picture, binarise) for light in drawn.split(channels)]
+    return torch.stack(values).reshape(*colours.shape[:2], *colours.shape[3:-1])

@@ -3,7 +3,11 @@
 import dataclasses
 import re
 
-from trainer.config import LossConfig, TrainConfig
+import numpy as np
+from jaxtyping import Int64
+from torch import Tensor
+
+from trainer.config import LossConfig, ModelConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.errors import ConfigError, DataError
 from trainer.training.intervals import Intervals
@@ -13,7 +17,8 @@ _CATEGORY = re.compile(r"[a-z0-9][a-z0-9_-]{0,63}")
 
 
 def check_settings(config: TrainConfig) -> None:
-    """Raises ConfigError for the first setting that is out of range; NaN is out of every range."""
+    """Raises ConfigError for the first setting that is out of range, and for settings that do not go together; NaN is
+    out of every range."""
     model, loss, optimiser = config.model, config.loss, config.optimiser
     channels = (min(model.encoder_channels), max(model.encoder_channels))
     ranges: list[tuple[str, float, float, float]] = [
@@ -24,11 +29,15 @@ def check_settings(config: TrainConfig) -> None:
         ("model.latent", model.latent, 1, 1024),
         ("model.hidden", model.hidden, 1, 4096),
         ("model.segments", model.segments, 1, 64),
+        ("model.blocks", model.blocks, 0, 1024),
         ("model.azimuth_bins", model.azimuth_bins, 1, 360),
+        ("model.light_bins", model.light_bins, 1, 180),
         *(("model.encoder_channels", value, 1, 4096) for value in channels),
         ("optimiser.learning_rate", optimiser.learning_rate, 1e-12, 10),
+        ("optimiser.rotation_learning_rate", optimiser.rotation_learning_rate, 1e-12, 10),
         ("optimiser.gradient_clip", optimiser.gradient_clip, 1e-12, 1e12),
         ("optimiser.batch_size", optimiser.batch_size, 2, 65536),
+        ("optimiser.views_per_instance", optimiser.views_per_instance, 1, 64),
         ("optimiser.steps", optimiser.steps, 1, 10**9),
         *_loss_ranges(loss),
     ]
@@ -37,6 +46,38 @@ def check_settings(config: TrainConfig) -> None:
             raise ConfigError(
                 f"Expected {name} from {low:g} to {high:g}, found {value}. Change the option or the preset."
             )
+    _check_together(config)
+
+
+def _check_together(config: TrainConfig) -> None:
+    """Raises ConfigError for settings that contradict each other."""
+    model, loss, optimiser = config.model, config.loss, config.optimiser
+    if model.parameterisation == "subdivision" and model.blocks:
+        raise ConfigError(
+            f"Expected model.blocks of 0 with model.parameterisation subdivision, found {model.blocks}. Leave it away, "
+            "or train ortho-block or full-block."
+        )
+    usual = ModelConfig()
+    if model.parameterisation != "subdivision" and model.segments != usual.segments:
+        raise ConfigError(
+            f"Expected model.segments left at {usual.segments} with model.parameterisation {model.parameterisation}, "
+            f"found {model.segments}: blocks have none. Leave it away, or train subdivision."
+        )
+    if model.light == "fixed" and model.light_bins != usual.light_bins:
+        raise ConfigError(
+            f"Expected model.light_bins left at {usual.light_bins} with model.light fixed, found {model.light_bins}: "
+            "a known light has none. Leave it away, or train with --model.light varying."
+        )
+    if loss.kind == "silhouette" and model.light == "varying":
+        raise ConfigError(
+            "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "
+            "light. Train with --model.light fixed, or with --loss.kind shading."
+        )
+    if optimiser.batch_size % optimiser.views_per_instance or optimiser.batch_size < 2 * optimiser.views_per_instance:
+        raise ConfigError(
+            f"Expected optimiser.batch_size to be a multiple of optimiser.views_per_instance "
+            f"({optimiser.views_per_instance}) and of two objects at least, found {optimiser.batch_size}. Change one."
+        )
 
 
 def _loss_ranges(loss: LossConfig) -> list[tuple[str, float, float, float]]:
@@ -47,6 +88,7 @@ def _loss_ranges(loss: LossConfig) -> list[tuple[str, float, float, float]]:
         "temperature_cooling_steps",
         "kl_cooling_steps",
         "encoder_prior_steps",
+        "eta",
     }
     numbers = {name: value for name, value in dataclasses.asdict(loss).items() if isinstance(value, int | float)}
     return [(f"loss.{name}", value, 1e-9 if name in divisors else 0, 1e9) for name, value in numbers.items()]
@@ -64,14 +106,29 @@ def check_category(category: str) -> None:
     if not _CATEGORY.fullmatch(category):
         raise ConfigError(
             f"Expected a category of small letters, digits, - and _, at most 64 of them, found {category!r}. "
-            "Name what the pictures show with --category."
+            "Name what the pictures show with --class."
         )
 
 
-def check_pictures(config: TrainConfig, images: ImageSet, training: int) -> None:
-    """Raises DataError where there are too few pictures to train on, or supervision is asked for without azimuths."""
-    if training < 2:
-        raise DataError(f"Expected at least 2 pictures to train on, found {training}. Add pictures to the folder.")
+def check_pictures(config: TrainConfig, images: ImageSet, training: Int64[Tensor, "T"]) -> None:
+    """Raises DataError where there are too few pictures to train on, or too few of an object; where supervision is
+    asked for without azimuths; and where lights are turned that the model takes to be fixed."""
+    if len(training) < 2:
+        raise DataError(f"Expected at least 2 pictures to train on, found {len(training)}. Add pictures to the folder.")
+    views = config.optimiser.views_per_instance
+    names, counts = np.unique(images.instances[training.numpy()], return_counts=True)
+    if counts.min() < views:
+        lacking = images.instance_names[names[counts.argmin()]]
+        raise DataError(
+            f"Expected {views} pictures or more of each object, found {counts.min()} of {lacking}. Name the objects in "
+            "the column instance of metadata.csv, render more views, or train with --optimiser.views-per-instance 1."
+        )
+    lights = images.light_azimuths
+    if config.model.light == "fixed" and config.loss.kind == "shading" and lights is not None and lights.any():
+        raise DataError(
+            "Expected lights that stand still (light_azimuth_degrees of 0 in metadata.csv) for a model of fixed light, "
+            "found lights that are turned. Train with --model.light varying."
+        )
     if config.loss.pose_supervision == "azimuth" and images.azimuths is None:
         raise DataError(
             "Pose supervision needs the column azimuth_degrees in metadata.csv, and the folder has none. Add it, or "

@@ -17,6 +17,11 @@ def figures_of(result: StepResult, gradient_norm: float) -> dict[str, float]:
         rho = result.posterior.azimuth_logits.softmax(1)
         by_dimension = shape_divergence(result.posterior).mean(0)
         figures = {name: float(value) for name, value in result.terms._asdict().items()}
+        light = result.posterior.light
+        if light is not None:
+            bins = light.logits.softmax(1)
+            figures["light_entropy"] = float(_entropy(bins).mean())
+            figures["aggregate_light_entropy"] = float(_entropy(bins.mean(0)))
         return figures | {
             "loss": float(result.terms.total()),
             "gradient_norm": gradient_norm,

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,13 +10,15 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int64
+from jaxtyping import Int64
 from torch import Tensor
 
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet
+from trainer.data.source import FolderPictures, PictureSource
 from trainer.errors import ConfigError, DataError
 from trainer.geometry.topology import vertex_neighbours
+from trainer.model.block_decoder import BlockDecoder
 from trainer.model.vae import Model
 from trainer.rendering.cpu import topology_of
 from trainer.training.checkpoint import (
@@ -32,6 +35,7 @@ from trainer.training.figures import figures_of
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
+from trainer.training.optimiser import adam
 from trainer.training.schedule import weights_at
 from trainer.training.step import FixedGeometry, forward
 
@@ -41,16 +45,17 @@ MOST_SKIPPED_STEPS = 20
 
 def train(
     config: TrainConfig,
-    images: ImageSet,
+    images: ImageSet | PictureSource,
     category: str,
     run_directory: Path,
     intervals: Intervals,
     resume: bool,
     report: Callable[[int, dict[str, float]], None],
-    provenance: dict[str, str],
+    provenance: dict[str, Any],
 ) -> Checkpoint:
     """Trains in `run_directory` and returns the last checkpoint, which is also written there.
 
+    `images` are a folder's, of which `config.validation_share` is held out here, or a source that has seen to that.
     `report` is called after every logged step with the step and its figures; `provenance` (where the pictures came
     from) is kept in the checkpoint. Ctrl-C finishes the step, saves and returns. A step without a finite gradient
     changes nothing, and is noted. The same seed, pictures, threads and machine give the same result, also through
@@ -64,12 +69,11 @@ def train(
     """
     check_settings(config)
     check_intervals(intervals)
-    training, validation = split_instances(images, config.validation_share, config.seed)
-    check_pictures(config, images, len(training))
-    scene = replace(images.scene, width=config.width, height=config.height)
+    source = _of_folder(config, images) if isinstance(images, ImageSet) else images
+    scene = replace(source.scene, width=config.width, height=config.height)
     torch.manual_seed(config.seed)
     model = Model(config.model, config.width, config.height)
-    optimiser = torch.optim.Adam(model.parameters(), lr=config.optimiser.learning_rate)
+    optimiser = adam(model, config.optimiser)
     start, seconds_before = 0, 0.0
     if resume:
         start, seconds_before = _restore(run_directory, config, scene, model, optimiser)
@@ -78,31 +82,35 @@ def train(
             f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
         )
     geometry = fixed_geometry(model)
-    azimuths = _azimuths_to_learn(config, images)
-    convolutions = number_format(config.precision)
-    shown = validation[:6] if len(validation) else training[:6]
+    convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
+    shown = source.shown()
     began, step, skipped = time.monotonic(), start, 0
 
     def checkpoint() -> Checkpoint:
         run: dict[str, Any] = provenance | {
             "seconds": round(seconds_before + time.monotonic() - began, 2),
-            "pictures": len(training),
-            "validation_pictures": len(validation),
+            "pictures": source.training,
+            "validation_pictures": source.validation,
         }
         return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run)
 
-    with Journal(run_directory, config, start, seconds_before) as journal, interruptible() as interrupted:
+    with (
+        Journal(run_directory, config, start, seconds_before) as journal,
+        interruptible() as interrupted,
+        closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as minibatches,
+    ):
         while step < config.optimiser.steps and not interrupted():
-            generator = torch.Generator().manual_seed(config.seed * 1_000_003 + step)
-            chosen = batch_indices(training, config.optimiser.batch_size, generator)
-            truth = None if azimuths is None else azimuths[chosen]
-            weights, batch = weights_at(config.loss, step, config.width, config.height), images.batch(chosen)
+            batch, azimuths, generator = next(minibatches)
+            truth = None if config.loss.pose_supervision == "none" else azimuths
+            weights = weights_at(config.loss, step, config.width, config.height)
             model.train()
             taken = descend(
                 model,
                 optimiser,
                 config.optimiser.gradient_clip,
-                partial(forward, model, geometry, scene, config.loss, weights, batch, truth, generator, convolutions),
+                partial(
+                    forward, model, geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
+                ),
             )
             step += 1
             if taken is None:
@@ -122,7 +130,7 @@ def train(
                     journal.log(step, figures)
                     report(step, figures)
                 if step % intervals.preview == 0 or last_step:
-                    journal.preview(step, model, scene, images.batch(shown))
+                    journal.preview(step, model, scene, shown)
             if step % intervals.checkpoint == 0:
                 save_checkpoint(run_directory / FILE_NAME, checkpoint())
         last = checkpoint()
@@ -151,10 +159,10 @@ def _restore(
     return before.step, before.run["seconds"]
 
 
-def _azimuths_to_learn(config: TrainConfig, images: ImageSet) -> Float[Tensor, "N"] | None:
-    if config.loss.pose_supervision == "none" or images.azimuths is None:
-        return None
-    return torch.as_tensor(images.azimuths, dtype=torch.float32)
+def _of_folder(config: TrainConfig, images: ImageSet) -> FolderPictures:
+    training, validation = split_instances(images, config.validation_share, config.seed)
+    check_pictures(config, images, training)
+    return FolderPictures(images, training, validation)
 
 
 def split_instances(images: ImageSet, share: float, seed: int) -> tuple[Int64[Tensor, "T"], Int64[Tensor, "N"]]:
@@ -163,11 +171,6 @@ def split_instances(images: ImageSet, share: float, seed: int) -> tuple[Int64[Te
     shuffled = np.random.default_rng(seed).permutation(instances)
     held_out = np.isin(images.instances, shuffled[: round(share * len(instances))])
     return torch.as_tensor(np.flatnonzero(~held_out)), torch.as_tensor(np.flatnonzero(held_out))
-
-
-def batch_indices(pictures: Int64[Tensor, "T"], size: int, generator: torch.Generator) -> Int64[Tensor, "B"]:
-    """A batch drawn uniformly with replacement (section 5, "Training minibatches")."""
-    return pictures[torch.randint(len(pictures), (size,), generator=generator)]
 
 
 def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dtype:
@@ -183,6 +186,8 @@ def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dt
 
 
 def fixed_geometry(model: Model) -> FixedGeometry:
+    if isinstance(model.decoder, BlockDecoder):
+        return FixedGeometry(topology_of(model.faces), None)
     count = len(model.decoder.base_vertices)
     neighbours = vertex_neighbours(model.faces.numpy(), count)
     return FixedGeometry(topology_of(model.faces), torch.as_tensor(np.eye(count) - neighbours, dtype=torch.float32))

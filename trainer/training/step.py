@@ -9,13 +9,11 @@ from torch import Tensor
 
 from rasteriser.topology import Topology
 from trainer.config import LossConfig, SceneConfig
-from trainer.geometry.normals import vertex_normals
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
-from trainer.model.posterior import Posterior, bin_centres
+from trainer.model.posterior import Posterior, pooled_over_views
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import renderer
-from trainer.rendering.camera import project
-from trainer.rendering.lighting import shade
+from trainer.training.views import Views, bin_views, views_at
 
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
 CREASES = {"contours": math.inf, "borders": 0.3}
@@ -25,15 +23,15 @@ class StepResult(NamedTuple):
     terms: LossTerms
     posterior: Posterior
     expected_log_likelihood: Float[Tensor, "B"]
-    """Of each picture, over its coarse azimuth bins."""
+    """Of each picture, over its coarse bins."""
 
 
 class FixedGeometry(NamedTuple):
     """What depends on the base mesh alone."""
 
     topology: Topology
-    laplacian: Float[Tensor, "V V"]
-    """Identity minus the mean over neighbours."""
+    laplacian: Float[Tensor, "V V"] | None
+    """Identity minus the mean over neighbours; None for blocks, which are no displaced surface."""
 
 
 def forward(
@@ -46,38 +44,53 @@ def forward(
     true_azimuth: Float[Tensor, "B"] | None,
     generator: torch.Generator,
     convolutions: torch.dtype = torch.float32,
+    views_per_instance: int = 1,
 ) -> StepResult:
-    """The loss of one batch; z and θ_fine are sampled once per picture.
+    """The loss of one batch; the fine angles are sampled once per picture, z once per object, of which each
+    `views_per_instance` consecutive pictures show one.
 
     The paper's objective weighs the coarse bins by the encoder's ρ (Eq. loss). The exact one finds their posterior
-    first, at the bins' centres: were the fine angle free there, a bin and its neighbour could explain a picture alike,
-    and the encoder would never learn the fine angle. Which bin it is shows in contours alone.
+    first (`e_step`). A known azimuth leaves one bin, and of varying light the bins of λ.
     """
-    posterior = encode_mixed(model, images, convolutions)
-    shape_code = sample_normal(posterior.shape_mean, posterior.shape_deviation, generator)
+    posterior = pooled_over_views(encode_mixed(model, images, convolutions), views_per_instance)
+    shape_code = sample_normal(
+        posterior.shape_mean[::views_per_instance], posterior.shape_deviation[::views_per_instance], generator
+    ).repeat_interleave(views_per_instance, 0)
     azimuth_fine = sample_normal(posterior.azimuth_fine_mean, posterior.azimuth_fine_deviation, generator)
+    light = posterior.light
+    light_fine = None if light is None else sample_normal(light.fine_mean, light.fine_deviation, generator)
+    known = None if true_azimuth is None else nearest_bin(true_azimuth, model.config.azimuth_bins)
     vertices = model.decode(shape_code)
-    views = bin_views(model, scene, vertices, azimuth_fine)
+
+    def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None) -> Views:
+        everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
+        return everywhere if known is None else views_at(everywhere, known)
+
+    views, log_rho = hypotheses(azimuth_fine, light_fine), coarse_log_rho(posterior, known)
+    crease, eta = CREASES[config.antialias], binarisation(config)
     responsibility = None
-    if true_azimuth is not None:
-        responsibility = nearest_bin(true_azimuth, model.config.azimuth_bins)
+    if log_rho[0].numel() == 1:
+        responsibility = torch.ones_like(log_rho)
     elif config.objective == "exact":
         with torch.no_grad():
-            centred = bin_views(model, scene, vertices, torch.zeros_like(azimuth_fine))
-            log_likelihood = renderer.log_likelihood(*centred, images, geometry.topology, crease=math.inf)
-        log_prior = weights.encoder_prior * posterior.azimuth_logits.detach().log_softmax(1)
-        evidence = log_likelihood / weights.temperature + log_prior
-        responsibility = balanced_posterior(evidence, config.sinkhorn_iterations)
+            centred = hypotheses(
+                torch.zeros_like(azimuth_fine), None if light_fine is None else torch.zeros_like(light_fine)
+            )
+            responsibility = e_step(config, weights, centred, log_rho, images, geometry.topology)
     if responsibility is not None:
-        expected = renderer.expected_log_likelihood(
-            *views, images, responsibility, geometry.topology, crease=CREASES[config.antialias]
-        )
+        expected = renderer.expected_log_likelihood(*views, images, responsibility, geometry.topology, crease, eta)
     else:
-        rho = posterior.azimuth_logits.softmax(1)
-        values = renderer.log_likelihood(*views, images, geometry.topology, crease=CREASES[config.antialias])
-        expected = (values * rho).sum(1)
-    displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
-    terms = training_loss(weights, expected, posterior, displaced, responsibility)
+        values = renderer.log_likelihood(*views, images, geometry.topology, crease, eta)
+        expected = (values * log_rho.exp()).flatten(1).sum(1)
+    displaced = None
+    if geometry.laplacian is not None:
+        displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
+    taught, light_taught = known, None
+    if responsibility is not None:
+        light_taught = None if light is None else responsibility.sum(1)
+        if known is None:
+            taught = responsibility if light is None else responsibility.sum(2)
+    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught)
     return StepResult(terms, posterior, expected)
 
 
@@ -89,20 +102,35 @@ def encode_mixed(model: Model, images: Float[Tensor, "B 3 H W"], convolutions: t
     return posterior
 
 
-class Views(NamedTuple):
-    """A batch of shapes at every coarse azimuth bin."""
+def coarse_log_rho(posterior: Posterior, known: Float[Tensor, "B R"] | None) -> Float[Tensor, "B bins *L"]:
+    """The encoder's log ρ of each coarse hypothesis; of a single azimuth where that is known, and with an axis for the
+    bins of λ where the light varies."""
+    log_rho = posterior.azimuth_logits.log_softmax(1)
+    if known is not None:
+        log_rho = torch.zeros_like(log_rho[:, :1])
+    if posterior.light is None:
+        return log_rho
+    return log_rho[:, :, None] + posterior.light.logits.log_softmax(1)[:, None]
 
-    screen: Float[Tensor, "B R V 3"]
-    colours: Float[Tensor, "B R V 3"]
+
+def e_step(
+    config: LossConfig,
+    weights: LossWeights,
+    centred: Views,
+    log_rho: Float[Tensor, "B R *L"],
+    images: Float[Tensor, "B 3 H W"],
+    topology: Topology,
+) -> Float[Tensor, "B R *L"]:
+    """The posterior of the coarse bins, found at their centres.
+
+    Were the fine angle free here, a bin and its neighbour could explain a picture alike, and the encoder would never
+    learn the fine angle. Which bin it is shows in contours alone.
+    """
+    log_likelihood = renderer.log_likelihood(*centred, images, topology, math.inf, binarisation(config))
+    evidence = log_likelihood / weights.temperature + weights.encoder_prior * log_rho
+    return balanced_posterior(evidence, config.sinkhorn_iterations)
 
 
-def bin_views(
-    model: Model, scene: SceneConfig, vertices: Float[Tensor, "B V 3"], azimuth_fine: Float[Tensor, "B"]
-) -> Views:
-    """Vertices and colours at θ_coarse = r, θ_fine for every coarse bin r: I₀ of Eq. 3 up to the rasteriser."""
-    bins = model.config.azimuth_bins
-    azimuth = bin_centres(bins, azimuth_fine) + azimuth_fine[:, None]
-    normals = vertex_normals(vertices, model.faces)
-    everywhere = (-1, bins, -1, -1)
-    screen = project(vertices[:, None].expand(everywhere), azimuth, scene.camera, scene.width, scene.height)
-    return Views(screen, shade(normals[:, None].expand(everywhere), azimuth, scene))
+def binarisation(config: LossConfig) -> float:
+    """The renderer's `binarise`: η of the silhouette loss, or 0 for shading."""
+    return config.eta if config.kind == "silhouette" else 0.0

@@ -2,21 +2,23 @@
 
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from trainer.config import CameraConfig, SceneConfig
+from imaging.srgb import encode
+from trainer.config import CameraConfig, DirectionalLight, SceneConfig
 from trainer.data import writing
 from trainer.data.metadata import read_metadata
 from trainer.data.picture import draw
 from trainer.data.plan import RenderSettings, load_instance, read_settings, shape_seed
 from trainer.data.render import render_folder
 from trainer.data.scene import read_scene
+from trainer.data.shapenet import SYNSETS
 from trainer.data.shapes.catalogue import make_shape
-from trainer.data.srgb import encode
 from trainer.errors import ConfigError, DataError, StorageError
 
 SCENE = SceneConfig(width=40, height=30)
@@ -149,6 +151,45 @@ def test_meshes_that_cannot_be_read_are_named_and_skipped(tmp_path: Path, caplog
     (meshes / "good.obj").unlink()
     with pytest.raises(DataError, match=r"none of the 1 meshes .* can be read"):
         render_folder(tmp_path / "none", RenderSettings(str(meshes)), SCENE, None, 2, 1, show_progress=False)
+
+
+def test_shapenet_is_rendered_by_its_split_and_what_it_lacks_is_counted(tmp_path: Path) -> None:
+    root = tmp_path / "ShapeNetCore.v1"
+    for number in range(6):
+        (root / SYNSETS["chair"] / f"model{number}").mkdir(parents=True)
+        if number != 3:
+            text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n"
+            (root / SYNSETS["chair"] / f"model{number}" / "model.obj").write_text(text)
+    lines = [f"0,{SYNSETS['chair']},,model{number},{'test' if number < 2 else 'train'}\n" for number in range(6)]
+    (root / "all.csv").write_text("id,synsetId,subSynsetId,modelId,split\n" + "".join(lines))
+    settings = RenderSettings(str(root), synset=SYNSETS["chair"], split="train")
+    report = render_folder(tmp_path / "out", settings, SCENE, None, 2, 1, show_progress=False)
+    assert (report.written, len(report.skipped)) == (6, 1)
+    assert "model3: expected model.obj" in report.skipped[0]
+    rows = read_metadata(tmp_path / "out") or {}
+    assert sorted({row.instance for row in rows.values()}) == ["model2", "model4", "model5"]
+    assert all((tmp_path / "out" / name).is_file() and name.startswith("chair/model") for name in rows)
+    assert read_settings(tmp_path / "out") == settings
+    other = replace(settings, split="test")
+    with pytest.raises(DataError, match=r"render\.json holds other settings .*: split: expected test, found train;"):
+        render_folder(tmp_path / "out", other, SCENE, None, 2, 1, show_progress=False)
+
+
+def test_a_folder_from_before_there_was_a_choice_is_continued(tmp_path: Path) -> None:
+    run(tmp_path)
+    (tmp_path / "render.json").write_text('{"source": "car", "seed": 3, "rotate_lights": false, "supersampling": 2}')
+    assert render_folder(tmp_path, CARS, SCENE, 3, 2, 1, show_progress=False).kept == 6
+
+
+def test_lights_may_turn_with_each_picture(tmp_path: Path) -> None:
+    lights = (DirectionalLight(0.0, 0.0, (1.0, 1.0, 1.0)),)
+    scene = SceneConfig(2, 2, lights=lights)
+    settings = RenderSettings("chair", supersampling=1, rotate_lights=True)
+    render_folder(tmp_path, settings, scene, 40, 10, 1, show_progress=False)
+    angles = np.sort([row.light_azimuth_degrees or 0.0 for row in (read_metadata(tmp_path) or {}).values()])
+    assert angles.min() >= 0
+    assert angles.max() < 180
+    assert np.abs(angles / 180 - (np.arange(400) + 0.5) / 400).max() < 1.63 / math.sqrt(400)
 
 
 def test_a_full_disk_is_one_sentence_and_nothing_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

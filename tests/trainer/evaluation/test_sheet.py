@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from trainer.data.srgb import encode
+from imaging.srgb import encode
 from trainer.errors import StorageError
 from trainer.evaluation.sheet import tiled, write_sheet
 
@@ -32,6 +32,17 @@ def test_titles_stand_above_their_columns_and_are_cut_to_fit() -> None:
     assert (band[:, :42] == band[0, 0]).all()
     assert (band[:, 44:] != band[0, 0]).any()
     np.testing.assert_array_equal(np.asarray(titled)[extra:], np.asarray(plain))
+
+
+def test_labels_stand_beside_their_rows() -> None:
+    black = np.zeros((20, 40, 3), np.float32)
+    plain, labelled = tiled([[black], [black]], ["a"]), tiled([[black], [black]], ["a"], ["", "IoU 0.50"])
+    extra = labelled.width - plain.width
+    assert extra > 40
+    np.testing.assert_array_equal(np.asarray(labelled)[:, extra:], np.asarray(plain))
+    margin = np.asarray(labelled)[:, :extra]
+    assert (margin[16:39] == margin[0, 0]).all()
+    assert (margin[39:] != margin[0, 0]).any()
 
 
 def test_pictures_of_several_sizes_or_none_are_refused(tmp_path: Path) -> None:

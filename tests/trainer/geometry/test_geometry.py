@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from rasteriser.topology import build_topology
-from trainer.geometry.conventions import rotation_about_y, wrap_angle
+from trainer.geometry.blocks import chamfered_cube, loose_cluster
+from trainer.geometry.conventions import euler_rotation, rotation_about_y, wrap_angle
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import subdivided_cube, vertex_neighbours
 from trainer.model.decoder import SubdivisionDecoder
@@ -67,6 +68,45 @@ def test_a_collapsed_mesh_has_finite_normals_and_gradients() -> None:
     assert torch.isfinite(normals).all()
     assert vertices.grad is not None
     assert torch.isfinite(vertices.grad).all()
+
+
+def test_a_chamfered_cube_is_closed_outward_and_almost_a_cube() -> None:
+    chamfer = 0.1
+    vertices, faces = chamfered_cube(chamfer)
+    assert (len(vertices), len(faces)) == (24, 44)
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    assert (np.einsum("fi,fi->f", a, np.cross(b, c)) > 0).all()
+    # A cube less twelve prisms along its edges, which share six pyramid-like corners each of chamfer³/6 · 4.
+    expected = 1 - 12 * chamfer**2 / 2 * (1 - 2 * chamfer) - 8 * chamfer**3 * (1 - 1 / 6)
+    assert np.einsum("fi,fi->", a, np.cross(b, c)) / 6 == pytest.approx(expected)
+    topology = build_topology(faces)
+    assert (topology.edge_faces >= 0).all()
+    assert len(vertices) - len(topology.edges) + len(faces) == 2
+
+
+def test_a_chamfered_cube_is_shaded_as_flat_sides() -> None:
+    vertices, faces = chamfered_cube()
+    normals = vertex_normals(torch.tensor(vertices), torch.tensor(faces)).numpy()
+    sides = np.where(np.abs(vertices) == 0.5, 2 * vertices, 0)
+    assert (np.abs(sides).sum(1) == 1).all()
+    assert np.degrees(np.arccos((normals * sides).sum(1))).max() < 12
+
+
+@pytest.mark.parametrize("count", [1, 6, 12, 40])
+def test_a_cluster_of_blocks_fills_the_cube_and_no_two_start_alike(count: int) -> None:
+    centres, side = loose_cluster(count, 0.4)
+    assert np.abs(centres).max() + side / 2 < 0.32
+    assert count * side**3 == pytest.approx(1.2**3 * 0.4**3)
+    assert all(len(np.unique(np.round(centres[:, axis], 9))) == count for axis in range(3))
+
+
+def test_euler_angles_turn_about_the_three_axes_in_their_order() -> None:
+    angles = torch.tensor([0.4, -1.1, 2.3], dtype=torch.float64)
+    (ca, cb, cc), (sa, sb, sc) = angles.cos().tolist(), angles.sin().tolist()
+    about_y = np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]])
+    about_x = np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
+    about_z = np.array([[cc, -sc, 0], [sc, cc, 0], [0, 0, 1]])
+    np.testing.assert_allclose(euler_rotation(angles), about_y @ about_x @ about_z, atol=1e-12)
 
 
 def test_a_positive_rotation_about_y_turns_front_towards_the_right() -> None:

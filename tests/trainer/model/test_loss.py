@@ -15,14 +15,19 @@ from trainer.model.loss import (
     training_loss,
 )
 from trainer.model.posterior import (
+    LightPosterior,
     Posterior,
     azimuth_fine_divergence,
     bin_centres,
+    light_bin_centres,
+    light_fine_divergence,
     most_probable_azimuth,
+    most_probable_light,
+    pooled_over_views,
     shape_divergence,
 )
 
-BATCH, BINS, LATENT, VERTICES = 7, 12, 5, 9
+BATCH, BINS, LIGHT_BINS, LATENT, VERTICES = 7, 12, 3, 5, 9
 WEIGHTS = LossWeights(kl=1.3, prior_matching=17.0, temperature=4.0, encoder_prior=0.0, distillation=2.5, laplacian=3.0)
 
 
@@ -36,6 +41,18 @@ def posterior() -> Posterior:
         torch.tensor(rng.uniform(-math.pi / BINS, math.pi / BINS, size=BATCH)),
         torch.tensor(rng.uniform(0.01, 0.3, size=BATCH)),
     )
+
+
+@pytest.fixture
+def varying(posterior: Posterior) -> Posterior:
+    """The same, and a light that varies."""
+    rng, half = np.random.default_rng(7), math.pi / (2 * LIGHT_BINS)
+    light = LightPosterior(
+        torch.tensor(rng.normal(size=(BATCH, LIGHT_BINS))),
+        torch.tensor(rng.uniform(-half, half, size=BATCH)),
+        torch.tensor(rng.uniform(0.01, 0.6, size=BATCH)),
+    )
+    return posterior._replace(light=light)
 
 
 @pytest.fixture
@@ -94,6 +111,90 @@ def test_the_exact_objective_teaches_the_encoder_the_balanced_posterior(
     assert terms.prior_matching.item() == 0
 
 
+def test_varying_light_adds_its_own_terms_as_the_paper_writes_them(
+    varying: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    light = varying.light
+    assert light is not None
+    fixed = training_loss(WEIGHTS, log_likelihood[:, 0], varying._replace(light=None), laplacian, None)
+    terms = training_loss(WEIGHTS, log_likelihood[:, 0], varying, laplacian, None)
+    rho = _softmax(light.logits.numpy())
+    matching = sum(abs(np.mean(rho[:, r]) - 1 / LIGHT_BINS) for r in range(LIGHT_BINS))
+    assert (terms.prior_matching - fixed.prior_matching).item() == pytest.approx(WEIGHTS.prior_matching * matching)
+    half = math.pi / (2 * LIGHT_BINS)
+    fine = _normal_divergence(light.fine_mean.numpy(), light.fine_deviation.numpy(), half).mean()
+    assert (terms.kl - fixed.kl).item() == pytest.approx(WEIGHTS.kl * fine)
+    assert (terms.reconstruction, terms.laplacian, terms.distillation.item()) == (
+        fixed.reconstruction,
+        fixed.laplacian,
+        0,
+    )
+
+
+def test_the_e_step_over_pairs_of_bins_balances_both_angles_and_teaches_each(
+    varying: Posterior, laplacian: torch.Tensor
+) -> None:
+    light = varying.light
+    assert light is not None
+    values = np.random.default_rng(8).uniform(-90, -10, size=(BATCH, BINS, LIGHT_BINS))
+    joint = balanced_posterior(torch.tensor(values / 9.0), 4)
+    q = np.exp(values / 9.0)
+    q /= q.sum((1, 2), keepdims=True)
+    for _ in range(4):
+        for others in ((0, 2), (0, 1)):
+            q /= q.sum(others, keepdims=True)
+            q /= q.sum((1, 2), keepdims=True)
+    np.testing.assert_allclose(joint, q, rtol=1e-9)
+    terms = training_loss(
+        WEIGHTS, (joint * torch.tensor(values)).sum((1, 2)), varying, laplacian, joint.sum(2), joint.sum(1)
+    )
+    entropies = [
+        -(q.sum(axis) * np.log(_softmax(logits.numpy()))).sum(1).mean()
+        for axis, logits in ((2, varying.azimuth_logits), (1, light.logits))
+    ]
+    assert terms.distillation.item() == pytest.approx(WEIGHTS.distillation * sum(entropies), rel=1e-10)
+    assert terms.prior_matching.item() == 0
+    even = balanced_posterior(torch.tensor(np.random.default_rng(9).normal(size=(300, BINS, LIGHT_BINS)) * 3), 60)
+    np.testing.assert_allclose(even.sum(2).mean(0), 1 / BINS, atol=1e-3)
+    np.testing.assert_allclose(even.sum(1).mean(0), 1 / LIGHT_BINS, atol=1e-3)
+
+
+def test_a_known_azimuth_leaves_the_light_to_be_matched(
+    varying: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    known = nearest_bin(torch.zeros(BATCH, dtype=torch.float64), BINS)
+    terms = training_loss(WEIGHTS, log_likelihood[:, 0], varying, laplacian, known)
+    assert min(terms.distillation.item(), terms.prior_matching.item()) > 0
+
+
+def test_blocks_have_no_laplacian_term(posterior: Posterior, log_likelihood: torch.Tensor) -> None:
+    assert training_loss(WEIGHTS, log_likelihood[:, 0], posterior, None, None).laplacian.item() == 0
+
+
+def test_several_views_have_the_largest_mean_and_deviation_in_common(varying: Posterior) -> None:
+    six = Posterior(*(part[:6] for part in varying[:5]))
+    pooled = pooled_over_views(six, 3)
+    for found, each in ((pooled.shape_mean, six.shape_mean), (pooled.shape_deviation, six.shape_deviation)):
+        largest = each.numpy().reshape(2, 3, LATENT).max(1)
+        np.testing.assert_array_equal(found, np.repeat(largest, 3, 0))
+    assert pooled[2:] == six[2:]
+    assert pooled_over_views(six, 1) is six
+
+
+def test_bins_of_the_light_cover_half_a_turn_evenly(varying: Posterior) -> None:
+    light = varying.light
+    assert light is not None
+    centres = light_bin_centres(LIGHT_BINS, torch.zeros(1, dtype=torch.float64))
+    np.testing.assert_allclose(np.degrees(centres.numpy()), [30, 90, 150])
+    found = most_probable_light(varying)
+    assert found is not None
+    np.testing.assert_allclose(found, centres[light.logits.argmax(1)] + light.fine_mean)
+    assert ((found >= 0) & (found <= math.pi)).all()
+    assert most_probable_light(varying._replace(light=None)) is None
+    prior = LightPosterior(torch.zeros(1, 3), torch.zeros(1), torch.full((1,), math.pi / 6))
+    assert light_fine_divergence(prior).item() == pytest.approx(0, abs=1e-6)
+
+
 def test_a_known_azimuth_selects_the_nearest_bin() -> None:
     azimuth = torch.tensor(np.random.default_rng(4).uniform(-math.pi, math.pi, size=200))
     index = np.round((azimuth.numpy() + math.pi) / (2 * math.pi / BINS)).astype(int) % BINS
@@ -106,7 +207,7 @@ def test_gradients_of_the_loss_are_those_of_central_differences(
     def total(*parts: torch.Tensor) -> torch.Tensor:
         return training_loss(WEIGHTS, parts[5], Posterior(*parts[:5]), parts[6], None).total()
 
-    inputs = [part.clone().requires_grad_() for part in (*posterior, log_likelihood[:, 0], laplacian)]
+    inputs = [part.clone().requires_grad_() for part in (*posterior[:5], log_likelihood[:, 0], laplacian)]
     assert torch.autograd.gradcheck(total, inputs)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.trainer.training.runs import run, silent, with_steps
@@ -61,6 +62,23 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
         ({"loss": {"kl_weight": -1.0}}, "loss.kl_weight from 0 to .*, found -1"),
         ({"loss": {"temperature": 0.0}}, "loss.temperature from 1e-09 to .*, found 0"),
         ({"loss": {"laplacian_weight": math.inf}}, "loss.laplacian_weight from 0 to .*, found inf"),
+        ({"loss": {"eta": 0.0}}, "loss.eta from 1e-09 to .*, found 0"),
+        ({"model": {"light_bins": 0}}, "model.light_bins from 1 to 180, found 0"),
+        ({"model": {"parameterisation": "ortho-block", "blocks": -1}}, "model.blocks from 0 to 1024, found -1"),
+        ({"optimiser": {"views_per_instance": 0}}, "optimiser.views_per_instance from 1 to 64, found 0"),
+        ({"optimiser": {"rotation_learning_rate": 0.0}}, "optimiser.rotation_learning_rate from .*, found 0"),
+        ({"model": {"parameterisation": "full-block", "blocks": 1025}}, "model.blocks from 0 to 1024, found 1025"),
+        (
+            {"model": {"parameterisation": "full-block", "segments": 3}},
+            "model.segments left at 4 with model.parameterisation full-block, found 3: blocks have none. .*train subd",
+        ),
+        (
+            {"model": {"light_bins": 5}},
+            r"model.light_bins left at 3 with model.light fixed, found 5: .* --model\.light varying",
+        ),
+        ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
+        ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
+        ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused(
@@ -71,6 +89,42 @@ def test_settings_that_mean_nothing_are_refused(
     with pytest.raises(ConfigError, match=f"Expected {message}"):
         run(replace(config, **{name: changed}), images, tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+def test_silhouettes_do_not_go_with_lights_that_vary(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    mixed = replace(config, loss=replace(config.loss, kind="silhouette"), model=replace(config.model, light="varying"))
+    with pytest.raises(ConfigError, match=r"model\.light fixed with loss\.kind silhouette.* --loss\.kind shading"):
+        run(mixed, images, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_several_views_need_objects_that_have_them(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    grouped = with_steps(replace(config, optimiser=OptimiserConfig(batch_size=9, views_per_instance=3)), 1)
+    with pytest.raises(DataError, match=r"3 pictures or more of each object, found 2 of chair-.* column instance"):
+        run(grouped, images, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_pictures_whose_objects_are_not_named_are_no_views_of_one(
+    config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    """Without the column instance each picture is an object of its own."""
+    alone = replace(images, instances=np.arange(len(images)), instance_names=images.names)
+    grouped = replace(config, optimiser=OptimiserConfig(batch_size=8, views_per_instance=2))
+    with pytest.raises(DataError, match=r"Expected 2 pictures or more of each object, found 1 of .* column instance"):
+        run(grouped, alone, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_lights_that_are_turned_need_a_model_that_turns_them(
+    config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    turned, config = replace(images, light_azimuths=np.linspace(0, 3, len(images))), with_steps(config, 1)
+    with pytest.raises(DataError, match=r"found lights that are turned\. Train with --model\.light varying"):
+        run(config, turned, tmp_path / "run")
+    # To silhouettes it is all the same.
+    run(replace(config, loss=replace(config.loss, kind="silhouette")), turned, tmp_path / "silhouette")
+    run(replace(config, model=replace(config.model, light="varying")), turned, tmp_path / "varying")
 
 
 @pytest.mark.parametrize("name", ["log", "preview", "checkpoint"])

@@ -63,15 +63,15 @@ def hull(frame: Frame, top: list[tuple[float, float]], rounding: float, shoulder
     low = np.minimum(low, high - 0.06)
     outline = ((0.93, 0.0), (0.985, 0.1), (1.0, 0.45), (0.985, 0.8), (1 - 0.12 * shoulder, 0.95), (0.72, 1.0))
     sides = np.array([*outline, *((-x, y) for x, y in outline[::-1])])
-    rings = [
-        np.stack((sides[:, 0] * half, bottom + sides[:, 1] * (upper - bottom), np.full(len(sides), frame.z(s))), -1)
-        for s, half, bottom, upper in zip(stations, plan * frame.width / 2, low, high, strict=True)
-    ]
+    rings = np.empty((len(stations), len(sides), 3))
+    rings[..., 0] = sides[:, 0] * (plan * frame.width / 2)[:, None]
+    rings[..., 1] = low[:, None] + sides[:, 1] * (high - low)[:, None]
+    rings[..., 2] = (frame.length / 2 - stations)[:, None]
     inner = frame.width - 2.3 * frame.wheel_width
     floor = (frame.front_axle - 0.5 * arch, frame.rear_axle + 0.5 * arch)
     size = (inner, frame.wheel_radius * 1.3, floor[1] - floor[0])
     centre = (0.0, frame.clearance + size[1] / 2, frame.z(sum(floor) / 2))
-    return joined(loft(np.stack(rings)), box(size, centre))
+    return joined(loft(rings), box(size, centre))
 
 
 def cabin(frame: Frame, roof: list[tuple[float, float]], belt: float, width: float, tumble: float) -> Mesh:
@@ -86,9 +86,9 @@ def cabin(frame: Frame, roof: list[tuple[float, float]], belt: float, width: flo
         foot, head = width / 2, width / 2 - tumble * share
         edge = min(0.06, 0.3 * max(height - belt, 0.0)) + 1e-3
         half = [(foot, belt - 0.2), (foot, belt), (head, max(height - edge, belt + 1e-3)), (head - 0.12, height + 2e-3)]
-        points = np.array([*half, *((-x, y) for x, y in half[::-1])])
-        rings.append(np.insert(points, 2, frame.z(station), axis=1))
-    return loft(np.stack(rings))
+        z = frame.z(station)
+        rings.append([*((x, y, z) for x, y in half), *((-x, y, z) for x, y in half[::-1])])
+    return loft(np.array(rings))
 
 
 def wheel(frame: Frame, station: float) -> Mesh:

@@ -6,14 +6,36 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.random import Generator
 
+from trainer.data.shapes.airplane import make_airplane
+from trainer.data.shapes.bathtub import make_bathtub
+from trainer.data.shapes.bench import make_bench
 from trainer.data.shapes.car import make_car
 from trainer.data.shapes.chair import make_chair
+from trainer.data.shapes.jar import make_jar
+from trainer.data.shapes.lamp import make_lamp
+from trainer.data.shapes.loudspeaker import make_loudspeaker
+from trainer.data.shapes.pot import make_pot
+from trainer.data.shapes.rifle import make_rifle
+from trainer.data.shapes.sofa import make_sofa
 from trainer.data.shapes.solid import Mesh, normalise
+from trainer.data.shapes.table import make_table
+from trainer.data.shapes.vessel import make_vessel
 from trainer.errors import ConfigError
 
 CATEGORIES: dict[str, Callable[[Generator], Mesh]] = {
+    "airplane": make_airplane,
+    "bathtub": make_bathtub,
+    "bench": make_bench,
     "car": make_car,
     "chair": make_chair,
+    "jar": make_jar,
+    "lamp": make_lamp,
+    "loudspeaker": make_loudspeaker,
+    "pot": make_pot,
+    "rifle": make_rifle,
+    "sofa": make_sofa,
+    "table": make_table,
+    "vessel": make_vessel,
 }
 """Each class with the function that draws one object of it."""
 

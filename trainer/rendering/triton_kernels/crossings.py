@@ -8,13 +8,13 @@ import triton.language as tl
 from jaxtyping import Bool, Float, Int32, Int64
 from torch import Tensor
 
-from trainer.rendering import reference
+from trainer.rendering import borders
 from trainer.rendering.triton_kernels.geometry import Geometry, Records
 from trainer.rendering.triton_kernels.lanes import lanes, tile
 from trainer.rendering.triton_kernels.mesh import Mesh
 from trainer.rendering.triton_kernels.nearest import BOX, DEPTH, RECORD
 
-SHORTEST = tl.constexpr(reference.SHORTEST)
+SHORTEST = tl.constexpr(borders.SHORTEST)
 
 
 class Crossings(NamedTuple):
@@ -64,7 +64,7 @@ def _launch_pairs(
     geometry: Geometry, records: Records, mesh: Mesh, counts: Int64[Tensor, "N*F"], pairs: Int64[Tensor, "X 2"] | None
 ) -> None:
     screen, (meshes, faces) = geometry.screen, records.sides.shape
-    margin = reference.SAME_DEPTH * screen[..., 2].amax(1)
+    margin = borders.SAME_DEPTH * screen[..., 2].amax(1)
     rows, others = tile(4, 32)
     _pairs[(triton.cdiv(faces, rows), meshes)](
         screen, records.faces, mesh.faces, margin, counts, counts if pairs is None else pairs, screen.shape[1], faces,

@@ -8,12 +8,12 @@ import triton.language as tl
 from jaxtyping import Float, Int32, Int64
 from torch import Tensor
 
-from trainer.rendering import reference
+from trainer.rendering import borders
 from trainer.rendering.triton_kernels.lanes import tile
 from trainer.rendering.triton_kernels.segments import Segments
 
-INTERIOR = tl.constexpr(reference.INTERIOR)
-PARALLEL = tl.constexpr(reference.PARALLEL)
+INTERIOR = tl.constexpr(borders.INTERIOR)
+PARALLEL = tl.constexpr(borders.PARALLEL)
 
 
 class Cuts(NamedTuple):

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Bool, Float, Int32
 from torch import Tensor
 
-from trainer.rendering.reference import SMALLEST_DOUBLED_AREA, THIN
+from trainer.rendering.borders import SMALLEST_DOUBLED_AREA, THIN
 from trainer.rendering.triton_kernels.mesh import Mesh
 
 

@@ -6,14 +6,14 @@ import triton.language as tl
 from jaxtyping import Int32
 from torch import Tensor
 
-from trainer.rendering import reference
+from trainer.rendering import borders
 from trainer.rendering.triton_kernels.geometry import Records
 from trainer.rendering.triton_kernels.lanes import lanes
 
 RECORD = tl.constexpr(18)
 BOX = tl.constexpr(12)
 DEPTH = tl.constexpr(9)
-TIE = tl.constexpr(reference.TIE)
+TIE = tl.constexpr(borders.TIE)
 
 
 def visible_faces(records: Records, width: int, height: int) -> Int32[Tensor, "N H W"]:

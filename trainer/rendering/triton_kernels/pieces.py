@@ -8,14 +8,14 @@ import triton.language as tl
 from jaxtyping import Int32, Int64
 from torch import Tensor
 
-from trainer.rendering import reference
+from trainer.rendering import borders
 from trainer.rendering.triton_kernels.cuts import Cuts
 from trainer.rendering.triton_kernels.geometry import Records
 from trainer.rendering.triton_kernels.lanes import lanes
 from trainer.rendering.triton_kernels.nearest import RECORD, nearest_faces
 from trainer.rendering.triton_kernels.segments import Segments
 
-ASIDE = tl.constexpr(reference.ASIDE)
+ASIDE = tl.constexpr(borders.ASIDE)
 
 
 class Pieces(NamedTuple):

@@ -1,0 +1,180 @@
+"""A picture file of any kind, decoded: upright, its first frame, in linear light, reduced to a size to work with.
+
+Colour profiles are ignored: every file is taken as sRGB. Files with 16 bits a channel are read in full where they are
+grey, and in their upper 8 bits where they are coloured, as Pillow decodes them.
+"""
+
+import io
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from imaging.errors import DamageError, FormatError, PixelLimitError
+from imaging.scaling import block_means
+from imaging.srgb import decode_table
+
+FORMATS: Final = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
+"""The formats that are read, by Pillow's names; whatever else a file holds is refused before it is decoded."""
+
+_MOST_WORKING_PIXELS: Final = 2_000_000
+_STRIP_PIXELS: Final = 1_000_000
+
+_EXIF_ORIENTATION: Final = 0x0112
+_UPRIGHT: Final = {
+    2: Image.Transpose.FLIP_LEFT_RIGHT,
+    3: Image.Transpose.ROTATE_180,
+    4: Image.Transpose.FLIP_TOP_BOTTOM,
+    5: Image.Transpose.TRANSPOSE,
+    6: Image.Transpose.ROTATE_270,
+    7: Image.Transpose.TRANSVERSE,
+    8: Image.Transpose.ROTATE_90,
+}
+_LYING: Final = tuple(_UPRIGHT[orientation] for orientation in (5, 6, 7, 8))
+
+
+class Picture(NamedTuple):
+    """A picture, or a part of one, each of its pixels the mean of a square of the file's."""
+
+    colour: NDArray[np.float32]
+    """[3, h, w] linear RGB 0..1 multiplied by the opacity, row 0 on top."""
+    opacity: NDArray[np.float32] | None
+    """[h, w] 0..1; None where nothing is transparent."""
+    columns: NDArray[np.float64]
+    """[w + 1] where its columns begin and the last one ends, pixels of the upright file."""
+    rows: NDArray[np.float64]
+    """[h + 1] where its rows begin and the last one ends."""
+    factor: int
+    """Side of those squares; at the right and lower end of the file they may be cut off."""
+
+
+def part_of(picture: Picture, rows: slice, columns: slice) -> Picture:
+    """Some rows and columns of a picture."""
+    return Picture(
+        picture.colour[:, rows, columns],
+        None if picture.opacity is None else picture.opacity[rows, columns],
+        picture.columns[columns.start : columns.stop + 1],
+        picture.rows[rows.start : rows.stop + 1],
+        picture.factor,
+    )
+
+
+def decode(content: bytes, least_width: int, least_height: int, max_pixels: int) -> Picture:
+    """The picture in a file, reduced in linear light by the largest whole factor that leaves it the least size.
+
+    It is the first frame of an animation, turned upright by its EXIF orientation. A JPEG is first reduced by 2, 4 or 8
+    while it is decoded, which is fast, and means over sRGB codes.
+
+    Raises:
+        FormatError: the file is of none of FORMATS.
+        PixelLimitError: the picture has more than `max_pixels` pixels; found out before any is decoded.
+        DamageError: the file is empty, damaged or cut off.
+    """
+    file = _open(content, max_pixels)
+    width, height = file.size
+    turn = _turn(file)
+    lying = turn in _LYING
+    drafted = file.draft(None, (least_height, least_width) if lying else (least_width, least_height))
+    draft = 1 if drafted is None else round(width / drafted[1][2])
+    upright = _loaded(file) if turn is None else _loaded(file).transpose(turn)
+
+    fitting = min(upright.width // max(1, least_width), upright.height // max(1, least_height))
+    bounded = math.ceil(math.sqrt(upright.width * upright.height / _MOST_WORKING_PIXELS))
+    factor = max(1, fitting, bounded)
+    planes, codes, opacity = _planes(upright)
+    table = decode_table(codes)
+    reduced = [_linear_means(plane, table, opacity, factor) for plane in planes]
+    colour = np.stack(reduced if len(reduced) == 3 else reduced * 3)
+    if lying:
+        width, height = height, width
+    squares = draft * factor
+    columns, rows = (
+        np.minimum(np.arange(count + 1) * squares, size).astype(np.float64)
+        for count, size in ((colour.shape[2], width), (colour.shape[1], height))
+    )
+    return Picture(colour, None if opacity is None else block_means(opacity, factor), columns, rows, squares)
+
+
+def _open(content: bytes, max_pixels: int) -> Image.Image:
+    if not content:
+        raise DamageError("expected a picture, found an empty file")
+    # What comes here is anybody's bytes, and Pillow's decoders answer damage with whatever they stumble over (OSError,
+    # ValueError, SyntaxError, struct.error, …): any of it means that the file is at fault.
+    try:
+        file = Image.open(io.BytesIO(content), formats=FORMATS)
+    except UnidentifiedImageError:
+        raise FormatError(f"expected a picture, found {_described(content)}") from None
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise PixelLimitError(
+            f"expected at most {max_pixels} pixels, found more than {Image.MAX_IMAGE_PIXELS}"
+        ) from None
+    except Exception as error:
+        raise DamageError(f"expected a whole picture, found a damaged one ({str(error)[:200]})") from error
+    if file.width * file.height > max_pixels:
+        raise PixelLimitError(
+            f"expected at most {max_pixels} pixels, found {file.width} × {file.height} = {file.width * file.height}"
+        )
+    return file
+
+
+def _turn(file: Image.Image) -> Image.Transpose | None:
+    """How the picture is turned upright."""
+    try:
+        # Elsewhere than in a JPEG the tag may stand behind the pixels.
+        if file.format not in {"JPEG", "MPO"}:
+            _loaded(file)
+        orientation = file.getexif().get(_EXIF_ORIENTATION)
+    except DamageError:
+        raise
+    except Exception:  # damaged metadata, from the same decoders; the pixels are whole, so they are shown as they are
+        return None
+    return _UPRIGHT.get(orientation) if isinstance(orientation, int) else None
+
+
+def _loaded(file: Image.Image) -> Image.Image:
+    try:
+        file.load()
+    except Exception as error:
+        raise DamageError(
+            f"expected a whole {file.format} picture, found one that is damaged or cut off ({str(error)[:200]})"
+        ) from error
+    return file
+
+
+def _planes(picture: Image.Image) -> tuple[list[NDArray[np.integer]], int, NDArray[np.float32] | None]:
+    """One plane of codes if grey, else three; how many codes there are; and the opacity where any is transparent."""
+    if picture.mode.startswith("I"):
+        # 16 bits of grey, which Pillow would clip on the way to 8.
+        grey = np.asarray(picture).clip(0, 65535).astype(np.uint16)
+        transparent = picture.info.get("transparency")
+        opacity = (grey != transparent).astype(np.float32) if isinstance(transparent, int) else None
+        return [grey], 65536, opacity
+    if picture.has_transparency_data:
+        pixels = np.asarray(picture.convert("RGBA"))
+        opacity = pixels[..., 3].astype(np.float32) / np.float32(255)
+        return [pixels[..., channel] for channel in range(3)], 256, None if opacity.min() == 1 else opacity
+    pixels = np.asarray(picture.convert("RGB"))
+    return [pixels[..., channel] for channel in range(3)], 256, None
+
+
+def _linear_means(
+    codes: NDArray[np.integer], table: NDArray[np.float32], opacity: NDArray[np.float32] | None, factor: int
+) -> NDArray[np.float32]:
+    """Linear intensity times opacity, averaged; in strips, so that a large picture does not grow fourfold at once."""
+    rows = factor * max(1, _STRIP_PIXELS // (factor * codes.shape[1]))
+    strips = []
+    for start in range(0, len(codes), rows):
+        linear = np.take(table, codes[start : start + rows])
+        if opacity is not None:
+            linear *= opacity[start : start + rows]
+        strips.append(block_means(linear, factor))
+    return np.concatenate(strips)
+
+
+def _described(content: bytes) -> str:
+    start = content[:8]
+    text = start.decode("ascii", "replace")
+    shown = text if text.isprintable() and "\ufffd" not in text else start.hex(" ")
+    return f"{len(content)} bytes that begin with “{shown}”"

@@ -1,0 +1,79 @@
+"""One mesh drawn by one thread, and the adjoint of that: all stages in a row."""
+
+import numpy as np
+from numba import njit
+
+from rasteriser.antialias import add_pieces, pieces_gradient
+from rasteriser.coverage import rasterise, set_up_edges, set_up_faces
+from rasteriser.grid import grid_over, sort_into_cells
+from rasteriser.pieces import find_pieces
+from rasteriser.segments import cuts_between, find_segments
+from rasteriser.shading import add_interior, faces_gradient, interior_gradient
+from rasteriser.vectors import WIDE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def workspace_for(vertex_count, topology, channels, width, height):
+    """Scratch memory of one thread: what is known of edges, faces and pixels (9 arrays), gradients (3)."""
+    face_count, edge_count = len(topology[0]), len(topology[1])
+    return (
+        np.empty((edge_count, 3)),
+        np.empty((face_count, 1 + 2 * channels, 3)),
+        np.empty((face_count, 3), np.int8),
+        np.empty((edge_count, 2), np.int8),
+        np.empty((face_count, 6)),
+        np.empty((face_count, 16)),
+        np.empty((height, width + WIDE)),
+        np.empty((height, width + WIDE), np.int32),
+        np.empty(face_count, np.bool_),
+        np.empty((face_count, 1 + 2 * channels, 3)),
+        np.empty((vertex_count, 3)),
+        np.empty((vertex_count, channels)),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture):
+    """Adds the antialiased picture of one mesh to picture [C, H, W + WIDE], inside its box.
+
+    Returns the pieces of contour, crease and crossing, for `draw_mesh_gradient`.
+    """
+    faces, edges, edge_faces, face_edges = topology
+    lines, planes, sides, edge_sides, boxes, covers, depths, visible, seen = workspace[:9]
+    channels, height = picture.shape[0], picture.shape[1]
+    set_up_edges(screen, edges, lines)
+    set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers)
+    rasterise(covers, sides, boxes, box, width, depths, visible, seen)
+    add_interior(planes, boxes, seen, visible, depths, width, picture)
+
+    grid = grid_over(box, len(faces))
+    spans, starts, items = sort_into_cells(boxes, len(faces), grid)
+    ends, segment_codes, count = find_segments(
+        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
+        width, height, grid, spans, starts, items,
+    )  # fmt: skip
+    heads, links, link_places, link_count = cuts_between(ends, count, box)
+    points, codes, found = find_pieces(
+        edges, covers, grid, starts, items, ends, segment_codes, count,
+        heads, links, link_places, link_count, width, height,
+    )  # fmt: skip
+    add_pieces(planes, boxes, points, codes, found, picture)
+    return segment_codes, points, codes, found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def draw_mesh_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
+    """Adjoint of `draw_mesh`, right after it; leaves the gradients of vertices and colours in the workspace."""
+    faces, edges = topology[0], topology[1]
+    lines, planes, sides, _, boxes, _, depths, visible, seen = workspace[:9]
+    plane_gradients, screen_gradient, colour_gradient = workspace[9:12]
+    segment_codes, points, codes, found = pieces
+    plane_gradients[:] = 0.0
+    screen_gradient[:] = 0.0
+    colour_gradient[:] = 0.0
+    interior_gradient(planes, boxes, seen, visible, depths, width, picture_gradient, plane_gradients)
+    pieces_gradient(
+        screen, edges, lines, planes, boxes, segment_codes, points, codes, found, picture_gradient,
+        plane_gradients, screen_gradient,
+    )  # fmt: skip
+    faces_gradient(screen, colours, faces, planes, sides, plane_gradients, screen_gradient, colour_gradient)

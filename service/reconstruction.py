@@ -1,0 +1,143 @@
+"""From pictures of one object to an answer: graphs, re-rendering, file. Knows no HTTP, runs in any thread."""
+
+from collections.abc import Sequence
+from time import perf_counter
+from typing import NamedTuple
+
+from pydantic_core import to_jsonable_python
+
+from imaging.preparation import Prepared
+from service.answer import Answer, Form, milliseconds
+from service.errors import ImageError, StrangeImageError
+from service.explanation import MOST_STRANGE, category_probabilities, out_of_class_score, unexplained
+from service.findings import View, report_reconstruction
+from service.glb import write_glb
+from service.image import read_picture
+from service.inference import Array, Engine, Posterior, Surface, decode, encode, pool
+from service.manifest import Camera, Picture
+from service.overlay import enlargement, overlay_png
+from service.report import Report
+
+
+class Candidate(NamedTuple):
+    """What one model makes of the pictures."""
+
+    engine: Engine
+    pictures: tuple[Prepared, ...]
+    posteriors: tuple[Posterior, ...]
+    shape_code: Array
+    shape_deviation: Array
+    surface: Surface
+    errors: tuple[float, ...]
+    """The re-render error of each picture."""
+
+
+def reconstruct(
+    engines: Sequence[Engine],
+    contents: Sequence[bytes],
+    max_pixels: int,
+    form: Form = "glb",
+    hypotheses: int = 3,
+) -> Answer:
+    """The object in uploaded pictures, by the one of several models that explains them best.
+
+    A PNG shows the mesh over the first picture.
+
+    Raises:
+        ImageError: an upload is no picture that can be read, or none of the models explains it.
+        InferenceError: the model gave something that is no mesh.
+    """
+    seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", form), 0.0)
+    candidates: dict[str, Candidate] = {}
+    pictures: dict[tuple[Picture, Camera], tuple[Prepared, ...]] = {}
+    for engine in engines:
+        # Models that see with the same camera share what was read.
+        seen = engine.manifest.picture, engine.manifest.camera
+        if seen not in pictures:
+            began = perf_counter()
+            pictures[seen] = tuple(_read(engine, content, max_pixels, 1) for content in contents)
+            seconds["picture"] += perf_counter() - began
+        candidates[engine.manifest.category] = _try(engine, pictures[seen], seconds)
+    probabilities = category_probabilities({name: candidate.errors for name, candidate in candidates.items()})
+    best = candidates[next(iter(probabilities))]
+    report = _report(best, probabilities if len(engines) > 1 else None, hypotheses)
+    _check_explained(report)
+    began = perf_counter()
+    content = _glb(best, report) if form == "glb" else _png(best, contents[0], max_pixels)
+    seconds[form] += perf_counter() - began
+    return Answer(content, report, milliseconds(seconds))
+
+
+def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, float]) -> Candidate:
+    """One model's view of the pictures; adds up how long each stage took."""
+    started = perf_counter()
+    posteriors = tuple(encode(engine, prepared.picture) for prepared in pictures)
+    shape_code, shape_deviation = pool(posteriors)
+    encoded = perf_counter()
+    surface = decode(engine, shape_code)
+    decoded = perf_counter()
+    errors = tuple(
+        unexplained(engine, prepared, posterior, surface)
+        for prepared, posterior in zip(pictures, posteriors, strict=True)
+    )
+    drawn = perf_counter()
+    for stage, value in (
+        ("encoder", encoded - started),
+        ("decoder", decoded - encoded),
+        ("render", drawn - decoded),
+    ):
+        seconds[stage] += value
+    return Candidate(engine, pictures, posteriors, shape_code, shape_deviation, surface, errors)
+
+
+def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepared:
+    """A picture as the model sees it, or `scale` times as large."""
+    size, camera = engine.manifest.picture, engine.manifest.camera
+    width, height = scale * size.width, scale * size.height
+    return read_picture(content, width, height, max_pixels, camera.distance, camera.field_of_view_degrees)
+
+
+def _report(candidate: Candidate, probabilities: dict[str, float] | None, hypotheses: int) -> Report:
+    manifest = candidate.engine.manifest
+    views = [
+        View(posterior, out_of_class_score(manifest.held_out, prepared.method, error))
+        for posterior, prepared, error in zip(candidate.posteriors, candidate.pictures, candidate.errors, strict=True)
+    ]
+    code, deviation = candidate.shape_code, candidate.shape_deviation
+    return report_reconstruction(manifest, views, code, deviation, hypotheses, probabilities)
+
+
+def _check_explained(report: Report) -> None:
+    score = report.out_of_class_score
+    if score is not None and score > MOST_STRANGE:
+        raise StrangeImageError(
+            f"expected a picture that the model of {report.category} can explain, found one that looks unlike what it "
+            f"found in it: an out-of-class score of {score:.1f}, where {MOST_STRANGE:g} is the most; send one "
+            f"{report.category}, whole, before a plain background, in the light that the model knows, or name another "
+            "category"
+        )
+
+
+def _glb(candidate: Candidate, report: Report) -> bytes:
+    first, *others = candidate.posteriors
+    light_azimuth = 0.0 if first.light is None else first.light.azimuth
+    return write_glb(
+        candidate.surface,
+        candidate.engine.manifest,
+        first.azimuth,
+        to_jsonable_python(report),
+        light_azimuth,
+        [posterior.azimuth for posterior in others],
+    )
+
+
+def _png(candidate: Candidate, content: bytes, max_pixels: int) -> bytes:
+    engine, first = candidate.engine, candidate.posteriors[0]
+    scale = enlargement(engine)
+    try:
+        picture = _read(engine, content, max_pixels, scale).picture
+    except ImageError:
+        # Looked at more closely, its background may be too restless to be told from the object.
+        picture = candidate.pictures[0].picture.repeat(scale, 1).repeat(scale, 2)
+    light_azimuth = 0.0 if first.light is None else first.light.azimuth
+    return overlay_png(engine, candidate.surface, first.azimuth, light_azimuth, picture)

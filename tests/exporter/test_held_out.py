@@ -1,0 +1,120 @@
+"""The yardstick of out-of-class scores: errors of held-out pictures, measured as the service measures them."""
+
+import io
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from exporter.errors import ExportError
+from exporter.export import export
+from exporter.held_out import LEAST_PICTURES, measure_held_out
+from service.bundle import read_bundle
+from service.explanation import unexplained
+from service.image import read_picture
+from service.inference import Engine, decode, encode, load_engine
+from service.reconstruction import reconstruct
+from tests.exporter.test_exporter_command import run
+from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
+
+
+def disc(seed: int, background: int = 0) -> bytes:
+    """A PNG of a shaded disc."""
+    generator = np.random.default_rng(seed)
+    rows, columns = np.mgrid[-1:1:96j, -1.33:1.33:128j]
+    inside = (rows**2 + columns**2 < generator.uniform(0.4, 0.55))[..., None]
+    slopes = generator.uniform(-0.5, 0.5, (2, 3))
+    shade = 0.5 + rows[..., None] * slopes[0] + columns[..., None] * slopes[1] / 1.4
+    buffer = io.BytesIO()
+    Image.fromarray(np.where(inside, 255 * shade.clip(0.05, 1), background).astype(np.uint8)).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+@pytest.fixture(scope="module")
+def engine(exported: Path) -> Engine:
+    return load_engine(read_bundle(exported))
+
+
+def errors_of(engine: Engine, files: list[bytes], keep_framed: bool) -> list[float]:
+    camera, found = engine.manifest.camera, []
+    for content in files:
+        prepared = read_picture(content, 64, 48, 10**6, camera.distance, camera.field_of_view_degrees, keep_framed)
+        posterior = encode(engine, prepared.picture)
+        found.append(unexplained(engine, prepared, posterior, decode(engine, posterior.shape_mean)))
+    return found
+
+
+def test_the_errors_are_those_of_the_service(engine: Engine) -> None:
+    files = [disc(seed) for seed in range(30)]
+    held_out = measure_held_out(engine, files)
+    assert held_out.pictures == 30
+    for errors, keep_framed in ((held_out.framed, True), (held_out.fitted, False)):
+        assert errors is not None
+        expected = np.quantile(errors_of(engine, files, keep_framed), (0.5, 0.95))
+        assert (errors.median, errors.high) == pytest.approx(expected, abs=1e-6)
+    assert held_out.framed != held_out.fitted
+
+
+def test_the_median_picture_scores_0_and_the_worst_in_twenty_1(engine: Engine) -> None:
+    files = [disc(seed) for seed in range(41)]
+    judged = replace(engine, manifest=replace(engine.manifest, held_out=measure_held_out(engine, files)))
+    scores = [reconstruct([judged], [content], 10**6).report.out_of_class_score for content in files]
+    assert None not in scores
+    assert sorted(scores)[20] == pytest.approx(0, abs=1e-3)
+    assert sorted(scores)[38] == pytest.approx(1, abs=1e-3)
+
+
+def test_peoples_own_pictures_are_compared_with_such(engine: Engine) -> None:
+    held_out = measure_held_out(engine, [disc(seed, 255) for seed in range(25)])
+    assert held_out.framed is None
+    assert held_out.fitted is not None
+
+
+def test_too_few_pictures_are_refused(engine: Engine) -> None:
+    files = [disc(seed) for seed in range(LEAST_PICTURES - 1)]
+    with pytest.raises(ExportError, match=r"expected 20 held-out pictures .* found 19; name a folder of more"):
+        measure_held_out(engine, [*files, b"no picture", b""])
+
+
+def test_pictures_that_are_all_alike_are_refused(engine: Engine) -> None:
+    with pytest.raises(ExportError, match="expected held-out pictures that differ"):
+        measure_held_out(engine, [disc(0)] * 20)
+
+
+def test_a_refusal_leaves_nothing(checkpoint: Checkpoint, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="found 1; name a folder"):
+        export(checkpoint, tmp_path / "car", 0.0, {}, held_out=[disc(0)])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_folder_is_named_on_the_command_line(checkpoint: Checkpoint, tmp_path: Path) -> None:
+    save_checkpoint(tmp_path / "run" / FILE_NAME, checkpoint)
+    (tmp_path / "validation").mkdir()
+    files = [disc(seed, 255) for seed in range(22)]
+    for number, content in enumerate(files):
+        (tmp_path / "validation" / f"{number:02}.png").write_bytes(content)
+    options = ["--checkpoint", tmp_path / "run", "--output", tmp_path / "car", "--azimuth-offset-degrees", "25"]
+    result = run(*options, "--images", tmp_path / "validation")
+    assert result.returncode == 0, result.stderr
+    assert "no held-out pictures" not in result.stdout
+    bundle = read_bundle(tmp_path / "car")
+    assert bundle.manifest.held_out == measure_held_out(load_engine(bundle), files)
+    assert bundle.manifest.azimuth_offset_degrees == pytest.approx(math.degrees(math.radians(25)))
+    absent = run(*options, "--images", tmp_path / "absent")
+    assert absent.returncode == 2
+    assert "expected a folder of pictures" in absent.stderr
+    assert "held-out" in run(*options).stdout
+
+
+def test_a_bundle_from_before_there_was_a_yardstick_still_loads(exported: Path, tmp_path: Path) -> None:
+    for file in exported.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert manifest.pop("held_out") is None
+    (tmp_path / "manifest.json").write_text(json.dumps(manifest))
+    engine = load_engine(read_bundle(tmp_path))
+    assert reconstruct([engine], [disc(0)], 10**6).report.out_of_class_score is None

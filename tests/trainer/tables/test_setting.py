@@ -1,0 +1,105 @@
+"""A setting changes in a recipe what it says, and nothing else."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from trainer.config import TrainConfig
+from trainer.errors import ConfigError
+from trainer.presets import load_preset, preset_names
+from trainer.tables.setting import Setting, setting_for, setting_name, training_config
+from trainer.tables.table import load_table, table_names
+from trainer.training.checks import check_settings
+
+ROWS = [
+    (f"{name}/{row.name}", row.setting)
+    for name in table_names()
+    for row in load_table(name).rows
+    if row.setting is not None
+]
+
+
+def test_the_default_is_the_recipe_itself() -> None:
+    recipe = load_preset("demo")
+    assert training_config(Setting(), recipe) == recipe
+    assert setting_name(Setting()) == "baseline"
+
+
+@pytest.mark.parametrize(("name", "setting"), ROWS)
+def test_every_row_is_a_training_that_could_begin_and_has_a_preset(name: str, setting: Setting) -> None:
+    for category in ("car", "chair", "sofa"):
+        own = setting_for(setting, category)
+        for preset in preset_names():
+            check_settings(training_config(own, load_preset(preset)))
+        assert load_preset(f"{name}/{category}") == training_config(own, load_preset("demo"))
+
+
+def test_settings_that_differ_have_names_that_differ() -> None:
+    settings = {
+        replace(setting_for(setting, category), pose=pose)
+        for _, setting in ROWS
+        for category in ("car", "chair", "sofa")
+        for pose in ("none", "azimuth")
+    }
+    assert len({setting_name(setting) for setting in settings}) == len(settings) > 20
+
+
+def test_a_setting_changes_what_it_says() -> None:
+    setting = Setting("full-block", "white", "varying", "shading", 3, 48, "azimuth")
+    config = training_config(setting, load_preset("paper"))
+    assert (config.model.parameterisation, config.model.light, config.model.latent) == ("full-block", "varying", 48)
+    assert config.loss.pose_supervision == "azimuth"
+    # "We instead sample 64 meshes and three poses per mesh" (section 5).
+    assert (config.optimiser.batch_size, config.optimiser.views_per_instance) == (192, 3)
+    assert setting_name(setting) == "full-block_white_varying_3-views_latent-48_pose-given"
+    silhouette = training_config(Setting(loss="silhouette"), TrainConfig())
+    assert replace(silhouette, loss=TrainConfig().loss) == TrainConfig()
+    assert replace(silhouette.loss, kind="shading") == TrainConfig().loss
+
+
+def test_what_a_setting_has_no_use_for_is_left_out_of_the_recipe() -> None:
+    recipe = replace(TrainConfig(), model=replace(TrainConfig().model, segments=6, light="varying", light_bins=5))
+    check_settings(recipe)
+    blocks = training_config(Setting("ortho-block"), recipe)
+    check_settings(blocks)
+    assert (blocks.model.segments, blocks.model.light_bins) == (4, 3)
+    kept = training_config(Setting(light="varying"), recipe)
+    assert (kept.model.segments, kept.model.light_bins) == (6, 5)
+
+
+def test_the_best_parameterisation_is_the_class_s() -> None:
+    best = Setting("best")
+    found = {
+        category: setting_for(best, category).parameterisation for category in ("car", "chair", "airplane", "sofa")
+    }
+    assert found == {"car": "subdivision", "chair": "full-block", "airplane": "subdivision", "sofa": "ortho-block"}
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("table-2/full-blok", "There is no row 'full-blok' in table-2; there are ortho-block, full-block, subdivision"),
+        ("table-3/white", "Expected a class behind it, such as table-3/white/car, found none"),
+        ("table-6/NMR (Kato 2018), white, silhouette, 2 views", "There is no row 'NMR"),
+        ("table-9/white", "There is no preset 'table-9/white'"),
+    ],
+)
+def test_a_row_that_does_not_exist_is_named(name: str, sentence: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        load_preset(name)
+    assert sentence in str(refusal.value)
+
+
+def test_a_table_that_does_not_exist_is_named() -> None:
+    with pytest.raises(ConfigError, match="There is no table 'tabel-2'; did you mean 'table-2'"):
+        load_table("tabel-2")
+
+
+def test_the_documentation_names_every_row() -> None:
+    told = (Path(__file__).parents[3] / "docs/paper.md").read_text()
+    for name in table_names():
+        (line,) = (line for line in told.splitlines() if line.startswith("|") and f"| `{name}` |" in line)
+        rows = [row.name for row in load_table(name).rows if row.setting is not None]
+        assert [f"`{row}`" for row in rows] == re.findall(r"`[^`]+`", line)[1:]

@@ -1,0 +1,90 @@
+"""One object from several pictures, from the command line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+from PIL import Image
+
+from tests.trainer.new_model import HEIGHT, WIDTH, new_model, save_model
+from trainer.commands.line import run
+from trainer.config import SceneConfig
+from trainer.data.images import load_image_folder
+from trainer.data.plan import RenderSettings
+from trainer.data.render import render_folder
+from trainer.evaluation.turntable import FRAMES, turntable
+from trainer.model.reconstruction import reconstruct
+from trainer.model.vae import Model
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three views of a car."""
+    folder = tmp_path_factory.mktemp("views")
+    render_folder(folder, RenderSettings("car", seed=4, supersampling=1), SceneConfig(WIDTH, HEIGHT), 1, 3, 1, False)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Model]:
+    """A new model of blocks under varying light, and where it is stored."""
+    path = tmp_path_factory.mktemp("run") / "checkpoint.safetensors"
+    model = new_model()
+    save_model(path, model)
+    return path, model
+
+
+@pytest.mark.parametrize("kind", ["ply", "obj", "stl", "glb"])
+def test_all_pictures_give_one_mesh_and_a_sheet(
+    checkpoint: tuple[Path, Model], pictures: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = checkpoint
+    output = tmp_path / f"car.{kind}"
+    assert run(["reconstruct", "--checkpoint", str(path), "--images", str(pictures), "--output", str(output)]) == 0
+    assert "car from 3 pictures" in capsys.readouterr().out
+    views = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(3))
+    with torch.no_grad():
+        together = reconstruct(model, views[None])
+        alone = reconstruct(model, views[:, None])
+    assert together.light_azimuths is not None
+    assert (together.azimuths.shape, together.light_azimuths.shape) == ((1, 3), (1, 3))
+    assert torch.equal(together.azimuths[0], alone.azimuths[:, 0])
+    # The largest of three codes is none of them.
+    assert all(not torch.allclose(together.vertices[0], single, atol=1e-4) for single in alone.vertices)
+    found = trimesh.load(output, force="mesh", process=False)
+    np.testing.assert_allclose(
+        found.bounds, np.stack((together.vertices[0].amin(0), together.vertices[0].amax(0))), atol=1e-5
+    )
+    assert len(found.faces) == 6 * 44
+    with Image.open(output.with_suffix(".png")) as sheet:
+        assert sheet.width > 4 * WIDTH
+
+
+def test_the_blocks_of_a_glb_are_nodes_and_a_turntable_is_asked_for(
+    checkpoint: tuple[Path, Model], pictures: Path, tmp_path: Path
+) -> None:
+    arguments = ["reconstruct", "--checkpoint", str(checkpoint[0]), "--images", str(pictures)]
+    assert run([*arguments, "--output", str(tmp_path / "car.glb")]) == 0
+    scene = trimesh.load(tmp_path / "car.glb")
+    assert set(scene.graph.nodes_geometry) == {f"block-{number}" for number in range(1, 7)}
+    assert not (tmp_path / "car.webp").exists()
+    assert run([*arguments, "--output", str(tmp_path / "car.glb"), "--turntable"]) == 0
+    views = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(3))
+    with torch.no_grad():
+        vertices, azimuths, _ = reconstruct(checkpoint[1], views[None])
+    moments = vertices.expand(FRAMES, -1, -1, -1)
+    expected = turntable(checkpoint[1].faces, SceneConfig(WIDTH, HEIGHT), moments, azimuths[0, 0].item())
+    assert (tmp_path / "car.webp").read_bytes() == expected
+
+
+def test_what_it_cannot_do_is_said(
+    checkpoint: tuple[Path, Model], pictures: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["reconstruct", "--checkpoint", str(checkpoint[0]), "--images"]
+    assert run([*arguments, str(pictures), "--output", str(tmp_path / "car.dae")]) == 2
+    assert "Expected --output to end in .ply, .obj, .stl, .glb" in capsys.readouterr().err
+    assert run([*arguments, str(tmp_path)]) == 2
+    assert "expected pictures" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

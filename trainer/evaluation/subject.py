@@ -1,0 +1,77 @@
+"""A model under judgement, whatever it is made from: what it makes of pictures, and what it was made for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Float, Int64, UInt8
+from numpy import ndarray
+from torch import Tensor
+
+from trainer.config import SceneConfig
+from trainer.errors import CheckpointError
+from trainer.evaluation.pictures import linear_batches
+from trainer.model.posterior import most_probable_azimuth, most_probable_light, pooled_over_views
+from trainer.training.checkpoint import Checkpoint
+
+
+class Prediction(NamedTuple):
+    """What a model says about pictures, in its own canonical frame; angles in radians."""
+
+    vertices: Float[Tensor, "N V 3"]
+    azimuths: Float[Tensor, "N"]
+    light_azimuths: Float[Tensor, "N"] | None
+    """How far the lights are turned; None of a model that knows one light only."""
+
+    def of(self, numbers: Int64[Tensor, "M"]) -> "Prediction":
+        """What it says about some of the pictures."""
+        lights = None if self.light_azimuths is None else self.light_azimuths[numbers]
+        return Prediction(self.vertices[numbers], self.azimuths[numbers], lights)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """All that the judge sees of a model."""
+
+    answer: Callable[[Float[Tensor, "B 3 H W"], int], Prediction]
+    """The mean of z decoded, and the most probable coarse azimuth plus the mean of the fine one, of pictures of which
+    each so many consecutive ones show one object: its shape is found from all of them."""
+    faces: Int64[Tensor, "F 3"]
+    scene: SceneConfig
+    """Camera, lights and size of the pictures that it expects."""
+    category: str
+    training: dict[str, object]
+    """How long it was trained: step, seconds."""
+
+
+def from_checkpoint(checkpoint: Checkpoint) -> Subject:
+    """The model of a checkpoint, run by torch."""
+    model = checkpoint.model
+
+    def answer(images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
+        with torch.no_grad():
+            posterior = pooled_over_views(model.encode(images), views)
+            vertices = model.decode(posterior.shape_mean)
+            return Prediction(vertices, most_probable_azimuth(posterior), most_probable_light(posterior))
+
+    training = {"step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
+    return Subject(answer, model.faces, checkpoint.scene, checkpoint.category, training)
+
+
+def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) -> Prediction:
+    """What the service would answer for each picture; or, where each `views` consecutive pictures show one object, what
+    the model makes of these together.
+
+    Raises CheckpointError where that is not a number.
+    """
+    answers = [subject.answer(batch, views) for batch in linear_batches(codes, views)]
+    vertices, azimuths, lights = zip(*answers, strict=True)
+    known = [light for light in lights if light is not None]
+    prediction = Prediction(torch.cat(vertices), torch.cat(azimuths), torch.cat(known) if known else None)
+    if not all(torch.isfinite(part).all() for part in prediction if part is not None):
+        raise CheckpointError(
+            "Expected vertices and azimuths from the model, found numbers that are not finite. Train again, or judge "
+            "an earlier checkpoint."
+        )
+    return prediction

@@ -1,0 +1,78 @@
+"""A setting of the paper's experiments (section 5): what its pictures show, and what is learnt from them."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from trainer.config import ModelConfig, TrainConfig
+
+Parameterisation = Literal["subdivision", "ortho-block", "full-block"]
+
+# "Best mesh parameterisations from Table 2": where two share the best IoU, the one whose figures Table 3 repeats.
+_BEST: dict[str, Parameterisation] = {"chair": "full-block", "sofa": "ortho-block"}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The defaults are those of Table 1."""
+
+    parameterisation: Literal["subdivision", "ortho-block", "full-block", "best"] = "subdivision"
+    """`best` is the class's own in Table 2."""
+    rig: Literal["colour", "white"] = "colour"
+    """Three coloured lights, or a white one with white ambient."""
+    light: Literal["fixed", "varying"] = "fixed"
+    """`varying`: turned by another angle in each picture, which is inferred."""
+    loss: Literal["shading", "silhouette"] = "shading"
+    """What of the pictures is compared."""
+    views: int = 1
+    """Pictures of each object in training, which are taken together."""
+    latent: int = 12
+    """Dimensions of the shape code z."""
+    pose: Literal["none", "azimuth"] = "none"
+    """`azimuth`: the poses are told in training."""
+
+
+def setting_for(setting: Setting, category: str) -> Setting:
+    """The setting with the class's own parameterisation in the place of `best`."""
+    if setting.parameterisation != "best":
+        return setting
+    return replace(setting, parameterisation=_BEST.get(category, "subdivision"))
+
+
+def setting_name(setting: Setting) -> str:
+    """What differs from Table 1, as a file name; two settings never share one."""
+    told = [
+        (setting.parameterisation, setting.parameterisation != "subdivision"),
+        (setting.rig, setting.rig != "colour"),
+        (setting.light, setting.light != "fixed"),
+        (setting.loss, setting.loss != "shading"),
+        (f"{setting.views}-views", setting.views != 1),
+        (f"latent-{setting.latent}", setting.latent != 12),
+        ("pose-given", setting.pose != "none"),
+    ]
+    return "_".join(part for part, differs in told if differs) or "baseline"
+
+
+def training_config(setting: Setting, recipe: TrainConfig) -> TrainConfig:
+    """The recipe, changed in what the setting says.
+
+    Several views of each object take half as many objects a step (the paper: 128 pictures, or 64 objects in three).
+    """
+    parameterisation: Parameterisation = (
+        "subdivision" if setting.parameterisation == "best" else setting.parameterisation
+    )
+    usual = ModelConfig()
+    model = replace(
+        recipe.model,
+        parameterisation=parameterisation,
+        segments=recipe.model.segments if parameterisation == "subdivision" else usual.segments,
+        blocks=0,
+        light=setting.light,
+        light_bins=recipe.model.light_bins if setting.light == "varying" else usual.light_bins,
+        latent=setting.latent,
+    )
+    optimiser = recipe.optimiser
+    if setting.views > 1:
+        batch_size = max(2, optimiser.batch_size // 2) * setting.views
+        optimiser = replace(optimiser, views_per_instance=setting.views, batch_size=batch_size)
+    loss = replace(recipe.loss, kind=setting.loss, pose_supervision=setting.pose)
+    return replace(recipe, model=model, loss=loss, optimiser=optimiser)

@@ -1,0 +1,90 @@
+"""One cell from pictures to figures: trained to its goal, or on from where it was interrupted, and judged."""
+
+import json
+from dataclasses import replace
+
+from trainer.data.images import load_image_folder
+from trainer.data.writing import write_bytes
+from trainer.errors import ConfigError
+from trainer.tables.cells import Cell, Task
+from trainer.tables.judging import judge_cell
+from trainer.tables.study import CELL_FILE, TRAINED_FILE, Study
+from trainer.training.checkpoint import FILE_NAME, load_checkpoint
+from trainer.training.intervals import Intervals
+from trainer.training.loop import train
+
+# A training of so many minutes begins with so many steps, which tell how many more there will be.
+_FIRST_STEPS = 50
+# Nearer to the time that was given than this share of it, a training is done.
+_TOLERANCE = 0.02
+
+
+def run_task(study: Study, task: Task) -> None:
+    """Trains and judges what of a task is not done.
+
+    Raises:
+        KeyboardInterrupt: after Ctrl-C or SIGTERM; the training is saved, and goes on from there next time.
+        ConfigError: the directory holds a training of other settings or pictures.
+        DataError: no finite gradients any more.
+        StorageError: the disk is full.
+    """
+    check_identity(study, task.cell)
+    if not study.is_trained(task.cell):
+        _train(study, task.cell)
+    for views in task.test_views:
+        if study.metrics(task.cell, views) is None:
+            judge_cell(study, task.cell, views)
+
+
+def check_identity(study: Study, cell: Cell) -> None:
+    """Raises ConfigError where a cell's directory was made for another recipe or other pictures."""
+    path = study.run_directory(cell) / CELL_FILE
+    if path.exists() and json.loads(path.read_text()) != study.identity(cell):
+        raise ConfigError(
+            f"{path.parent} holds a training of another recipe or on other pictures than these. Call with the same "
+            "--preset and --instances as before, or name another --output."
+        )
+
+
+def _train(study: Study, cell: Cell) -> None:
+    directory, config = study.run_directory(cell), study.config(cell)
+    folder = study.training_pictures(cell).path
+    images = load_image_folder(folder, config.width, config.height)
+    write_bytes(directory / CELL_FILE, _json(study.identity(cell)))
+    steps, seconds = 0, 0.0
+    if begun := (directory / FILE_NAME).exists():
+        before = load_checkpoint(directory)
+        steps, seconds = before.step, before.run["seconds"]
+    while (goal := next_goal(study, steps, seconds)) > steps:
+        part = replace(config, optimiser=replace(config.optimiser, steps=goal))
+        last = train(
+            part, images, cell.category, directory, Intervals(), begun, _to_nobody, {"images": str(folder.resolve())}
+        )
+        if last.step < goal:
+            raise KeyboardInterrupt
+        steps, seconds, begun = last.step, last.run["seconds"], True
+    write_bytes(directory / TRAINED_FILE, _json({"steps": steps, "seconds": seconds}))
+
+
+def next_goal(study: Study, steps: int, seconds: float) -> int:
+    """The step until which a cell is trained next, from what it has behind it; that step itself at the end.
+
+    A cell that is given time makes a first few steps, and then as many as their pace leaves time for, until hardly
+    any is left.
+    """
+    if study.seconds is None:
+        return max(steps, study.recipe.optimiser.steps)
+    if steps == 0:
+        return _FIRST_STEPS
+    left = study.seconds - seconds
+    if left < _TOLERANCE * study.seconds:
+        return steps
+    return steps + int(left * steps / seconds)
+
+
+def _to_nobody(step: int, figures: dict[str, float]) -> None:
+    """The run directory's metrics.jsonl has the figures."""
+
+
+def _json(content: object) -> bytes:
+    return (json.dumps(content, indent=2) + "\n").encode()
