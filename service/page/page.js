@@ -41,13 +41,12 @@ function pick(count) {
 
 function startPicture(models, vary) {
   const show = createResult(find("result"), vary);
-  const run = createNewest(fail);
+  const run = createNewest(fail, find("result"));
   const category = find("category");
   let latest = [];
 
   async function look(pictures) {
     latest = pictures;
-    find("result").setAttribute("aria-busy", "true");
     tell(pictures.length === 1 ? "Looking at the picture …" : `Looking at ${pictures.length} pictures …`);
     const begun = performance.now();
     try {
@@ -59,8 +58,6 @@ function startPicture(models, vary) {
       // What is there belongs to another picture.
       find("result").hidden = true;
       throw error;
-    } finally {
-      find("result").removeAttribute("aria-busy");
     }
   }
 
@@ -85,7 +82,7 @@ function startPicture(models, vary) {
 
 function startInvention(models) {
   const stage = createStage(find("bench-stage"));
-  const run = createNewest(fail);
+  const run = createNewest(fail, find("bench"));
   const [kind, seed, temperature] = [find("kind"), find("seed"), find("temperature")];
   let address = "";
 

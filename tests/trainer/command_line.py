@@ -1,10 +1,13 @@
 """`python -m trainer` as tests call it: in this process, or in one of its own."""
 
+import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -16,17 +19,24 @@ from trainer.__main__ import main
 SMALL = ["--width", "32", "--height", "24"]
 
 
-def start(*arguments: str | Path) -> subprocess.Popen[str]:
+@contextmanager
+def start(*arguments: str | Path) -> Iterator[subprocess.Popen[str]]:
     """`python -m trainer …` in a process group of its own, as a terminal would start it: with Ctrl-C not ignored, as it
-    is where these tests themselves run in the background of a shell."""
+    is where these tests themselves run in the background of a shell. Nothing of the group outlives the block."""
     command = [sys.executable, "-m", "trainer", *map(str, arguments)]
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        return subprocess.Popen(
+        process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
         )
     finally:
         signal.signal(signal.SIGINT, before)
+    with process:
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:

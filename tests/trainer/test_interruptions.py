@@ -44,7 +44,7 @@ def test_ctrl_c_while_several_processes_render(tmp_path: Path) -> None:
     with start("render", "--output", tmp_path / "out", *options) as process:
         wait_for(process, lambda: any((tmp_path / "out").rglob("*.png")))
         os.killpg(process.pid, signal.SIGINT)
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=120)
     assert process.returncode == 130
     assert output == ""
     assert errors.endswith("interrupted; finished files are kept, and nothing is half-written\n")

@@ -55,11 +55,12 @@ def run_side_by_side(study: Study, tasks: Sequence[Task], workers: int, threads:
                         raise problem
                     yield Outcome(task, problem)
     finally:
-        started = [worker.process for worker, _ in busy.values()] + [worker.process for worker in idle]
-        for process in started:
-            process.terminate()
-        for process in started:
-            process.join()
+        started = [worker for worker, _ in busy.values()] + idle
+        for worker in started:
+            worker.process.terminate()
+        for worker in started:
+            worker.line.close()
+            worker.process.join()
 
 
 def _started(study: Study, threads: int) -> _Worker:
@@ -88,7 +89,10 @@ def _work(study: Study, threads: int, line: "Connection[ChiaroError | None, Task
     limit_threads(threads)
     while True:
         problem: ChiaroError | None = None
-        task = line.recv()
+        try:
+            task = line.recv()
+        except EOFError:
+            return  # Nobody asks for more.
         try:
             run_task(study, task)
         except KeyboardInterrupt:

@@ -167,7 +167,8 @@ def payload(name: str, content: bytes) -> FilePayload:
 
 
 def downloaded(page: Page, button: str) -> bytes:
-    """The file behind a download button."""
+    """The file behind a download button, once the page shows what was last asked for."""
+    expect(page.locator("[aria-busy]")).to_have_count(0)
     with page.expect_download() as download:
         page.locator(button).click()
     assert download.value.suggested_filename.endswith(".glb")

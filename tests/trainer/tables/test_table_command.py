@@ -88,7 +88,7 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
             assert time.monotonic() < deadline
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=120)
     assert process.returncode == 130
     assert output == ""
     assert errors.endswith("interrupted; finished files are kept, and nothing is half-written\n")
@@ -110,7 +110,7 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
             assert time.monotonic() < deadline + 120
             time.sleep(0.05)
         process.send_signal(signal.SIGTERM)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert json.loads((first / "trained.json").read_text())["steps"] == int(goal)

@@ -119,6 +119,16 @@ def test_an_interruption_saves_and_a_resume_goes_on(
     assert_same(resumed, run(config, images, tmp_path / "whole"))
 
 
+def test_an_interruption_after_the_last_step_is_not_lost(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    def interrupt(step: int, figures: dict[str, float]) -> None:
+        if step == config.optimiser.steps:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(config, images, tmp_path, report=interrupt)
+    assert load_checkpoint(tmp_path).step == config.optimiser.steps
+
+
 def test_a_second_interruption_stops_at_once(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
     def interrupt(step: int, figures: dict[str, float]) -> None:
         if step == 4:
