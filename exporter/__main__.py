@@ -36,9 +36,9 @@ class ExportOptions:
     any picture for one of the class."""
 
 
-def main() -> int:
+def main(arguments: list[str]) -> int:
     """Read the options, export, tell what was written. Returns the exit status: 2 where something has to be mended."""
-    options = tyro.cli(ExportOptions, prog="python -m exporter")
+    options = tyro.cli(ExportOptions, prog="python -m exporter", args=arguments)
     try:
         metrics = _read_metrics(options.metrics) if options.metrics is not None else {}
         offset = _offset_degrees(options, metrics)
@@ -97,4 +97,4 @@ def _refuse_constant(name: str) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import resource
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -136,12 +137,14 @@ def test_a_category_that_is_no_word_is_refused(checkpoint: Checkpoint, tmp_path:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_disk_leaves_the_old_bundle_and_nothing_else(checkpoint: Checkpoint, tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_old_bundle_and_nothing_else(
+    checkpoint: Checkpoint, exported: Path, tmp_path: Path
+) -> None:
     target = tmp_path / "car"
     with largest_file(10_000), pytest.raises(StorageError, match=r"found: File too large; nothing was changed there"):
         export(checkpoint, target, 0.0, {})
     assert list(tmp_path.iterdir()) == []
-    export(checkpoint, target, 0.0, {})
+    shutil.copytree(exported, target)
     before = content(target)
     with largest_file(10_000), pytest.raises(StorageError):
         export(checkpoint, target, 0.5, {})
@@ -149,10 +152,9 @@ def test_a_full_disk_leaves_the_old_bundle_and_nothing_else(checkpoint: Checkpoi
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_a_bundle_that_is_there_is_replaced(checkpoint: Checkpoint, tmp_path: Path) -> None:
+def test_a_bundle_that_is_there_is_replaced(checkpoint: Checkpoint, exported: Path, tmp_path: Path) -> None:
     target = tmp_path / "car"
-    target.mkdir()
-    export(checkpoint, target, 0.0, {})
+    shutil.copytree(exported, target)
     export(checkpoint, target, 0.5, {})
     assert read_bundle(target).manifest.azimuth_offset_degrees == pytest.approx(math.degrees(0.5))
     assert list(tmp_path.iterdir()) == [target]

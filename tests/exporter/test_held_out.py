@@ -18,7 +18,7 @@ from service.explanation import unexplained
 from service.image import read_picture
 from service.inference import Engine, decode, encode, load_engine
 from service.reconstruction import reconstruct
-from tests.exporter.test_exporter_command import run
+from tests.exporter.test_exporter_command import answer
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
 
@@ -91,23 +91,24 @@ def test_a_refusal_leaves_nothing(checkpoint: Checkpoint, tmp_path: Path) -> Non
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_folder_is_named_on_the_command_line(checkpoint: Checkpoint, tmp_path: Path) -> None:
+def test_the_folder_is_named_on_the_command_line(
+    checkpoint: Checkpoint, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     save_checkpoint(tmp_path / "run" / FILE_NAME, checkpoint)
     (tmp_path / "validation").mkdir()
     files = [disc(seed, 255) for seed in range(22)]
     for number, content in enumerate(files):
         (tmp_path / "validation" / f"{number:02}.png").write_bytes(content)
     options = ["--checkpoint", tmp_path / "run", "--output", tmp_path / "car", "--azimuth-offset-degrees", "25"]
-    result = run(*options, "--images", tmp_path / "validation")
-    assert result.returncode == 0, result.stderr
-    assert "no held-out pictures" not in result.stdout
+    result = answer(capsys, *options, "--images", tmp_path / "validation")
+    assert result.status == 0, result.errors
+    assert "no held-out pictures" not in result.output
     bundle = read_bundle(tmp_path / "car")
     assert bundle.manifest.held_out == measure_held_out(load_engine(bundle), files)
     assert bundle.manifest.azimuth_offset_degrees == pytest.approx(math.degrees(math.radians(25)))
-    absent = run(*options, "--images", tmp_path / "absent")
-    assert absent.returncode == 2
-    assert "expected a folder of pictures" in absent.stderr
-    assert "held-out" in run(*options).stdout
+    absent = answer(capsys, *options, "--images", tmp_path / "absent")
+    assert absent.status == 2
+    assert "expected a folder of pictures" in absent.errors
 
 
 def test_a_bundle_from_before_there_was_a_yardstick_still_loads(exported: Path, tmp_path: Path) -> None:
