@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 from numpy import ndarray
 from numpy.random import Generator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from trainer.data.shapes import spline
 from trainer.data.shapes.solid import Mesh, lathe, loft, superellipse, tube
 
 Profile = Float64[ndarray, "S 2"]
@@ -46,7 +46,8 @@ def smooth(points: Sequence[tuple[float, float]], steps: int = 16) -> Profile:
     """A profile through the given (radius, y) points that bends without overshooting."""
     knots = np.array(points)
     length = np.insert(np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1)), 0, 0.0)
-    return spline.monotone(length, knots, np.linspace(0.0, length[-1], steps))
+    profile: Profile = PchipInterpolator(length, knots)(np.linspace(0.0, length[-1], steps))
+    return profile
 
 
 def straight(points: Sequence[tuple[float, float]]) -> Profile:
@@ -187,7 +188,7 @@ def handle(profile: Profile, wall: float, low: float, high: float, reach: float,
         ]
     )
     length = np.insert(np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)), 0, 0.0)
-    curve = spline.smooth(length, points, np.linspace(0.0, length[-1], 10))
+    curve = CubicSpline(length, points)(np.linspace(0.0, length[-1], 10))
     return tube(np.insert(curve, 2, 0.0, axis=1), bar, 8)
 
 
