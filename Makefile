@@ -12,7 +12,7 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo test check serve bench-render bench-service
+.PHONY: help install install-service demo models test check serve bench-render bench-service
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +44,9 @@ $(VENV)-service/.installed: pyproject.toml
 demo: install  ## pictures of cars → training without labels → judge → ONNX → service → a GLB from a picture (out/demo)
 	rm -rf out/demo
 	$(BIN)/python scripts/demo.py --output out/demo
+
+models: install  ## train, choose, judge and export all models that ship (models; about two hours, goes on where it was)
+	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
 
 # Two processes share the tests; threads that wait for work must then sleep, or each takes the other's core.
 test: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed  ## install everything and run all tests
