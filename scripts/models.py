@@ -27,10 +27,10 @@ VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
 PAGE = (
     "# The models",
     "",
-    "Made by `make models`, and each alone by its command below. IoU at 32³; median azimuth error, and share of azimuths",
-    "within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean",
-    "shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes, which only serve",
-    "as a test.",
+    "Made by `make models`, and each alone by its command below. IoU at 32³; median azimuth error, and share of",
+    "azimuths within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the",
+    "class's mean shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes,",
+    "which only serve as a test.",
     "",
 )
 FIGURES = (
