@@ -12,8 +12,8 @@ RUN python -m venv /opt/chiaro && /opt/chiaro/bin/pip install --no-cache-dir .
 
 FROM python:3.11-slim
 COPY --from=build /opt/chiaro /opt/chiaro
-RUN useradd --system --no-create-home --shell /usr/sbin/nologin chiaro
-USER chiaro
+RUN useradd --system --uid 10001 --no-create-home --shell /usr/sbin/nologin chiaro
+USER 10001
 WORKDIR /
 ENV PATH=/opt/chiaro/bin:$PATH \
     PYTHONDONTWRITEBYTECODE=1 \

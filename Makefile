@@ -52,6 +52,7 @@ models: install  ## train, choose, judge and export all models that ship (models
 test: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed  ## install everything and run all tests
 	@scripts/install_egl.sh $(BIN)/python
 	@tests/service/page/install_browser.sh $(BIN)/python
+	@tests/service/install_proxy.sh
 	OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
 
 # The Khronos validator of GLB files, and the checker of the page's accessibility, at the versions that are locked.
@@ -60,11 +61,12 @@ tests/%/node_modules/.installed: tests/%/package-lock.json
 	npm ci --silent --no-audit --no-fund --prefix tests/$*
 	touch $@
 
-check: install  ## formatting, lint, types and the layering of the packages
+check: install  ## formatting, lint, types, the layering of the packages, and the Dockerfile
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/hadolint Dockerfile
 
 serve: install-service  ## serve the bundles in MODELS (default: the demo's) on HOST:PORT
 	$(VENV)-service/bin/python -m service --host $(HOST) --port $(PORT) --models $(MODELS)
