@@ -214,10 +214,12 @@ def find_segments(
     screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
     width, height, grid, spans, starts, items,
 ):  # fmt: skip
-    """(ends, codes, count) of all contours, creases and crossings, or of contours alone where crease is infinite; the
-    grid holds the faces."""
+    """(ends, codes, count) of all contours, creases and crossings; of contours alone where crease is infinite; of none
+    where it is negative. The grid holds the faces."""
     room = len(edges) + 64
     ends, codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
+    if crease < 0.0:
+        return ends, codes, 0
     borders = border_segments(
         screen, edges, edge_faces, planes, edge_sides, channels, crease, width, height, ends, codes
     )

@@ -190,6 +190,8 @@ def _cuts(
 def find_pieces(
     fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, width: int, height: int, crease: float
 ) -> list[Piece]:
+    if crease < 0:
+        return []
     segments = [
         segment
         for segment in _edges(fixed, linear, corners, crease) + (_crossings(fixed, corners) if crease < np.inf else [])

@@ -34,7 +34,8 @@ def draw(
     `screen` holds x and y in pixels from the top left corner, and the inverse depth; `colours` are linear, and
     interpolated perspective-correctly. The background is black where none is given. Edges inside the surface are
     antialiased where the colour's change per pixel jumps by `crease` or more, and so are lines where faces
-    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time.
+    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time; if it
+    is `rasteriser.pictures.HARD`, nothing is.
 
     Raises:
         FloatingPointError: vertices or colours that are not finite.

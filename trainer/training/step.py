@@ -7,6 +7,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
 from trainer.config import LossConfig, SceneConfig
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
@@ -16,7 +17,7 @@ from trainer.rendering import renderer
 from trainer.training.views import Views, bin_views, views_at
 
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
-CREASES = {"contours": math.inf, "borders": 0.3}
+CREASES = {"none": HARD, "contours": math.inf, "borders": 0.3}
 
 
 class StepResult(NamedTuple):
@@ -124,9 +125,10 @@ def e_step(
     """The posterior of the coarse bins, found at their centres.
 
     Were the fine angle free here, a bin and its neighbour could explain a picture alike, and the encoder would never
-    learn the fine angle. Which bin it is shows in contours alone.
+    learn the fine angle. Bins differ by far more than what antialiasing changes.
     """
-    log_likelihood = renderer.log_likelihood(*centred, images, topology, math.inf, binarisation(config))
+    crease = CREASES[config.antialias_e_step]
+    log_likelihood = renderer.log_likelihood(*centred, images, topology, crease, binarisation(config))
     evidence = log_likelihood / weights.temperature + weights.encoder_prior * log_rho
     return balanced_posterior(evidence, config.sinkhorn_iterations)
 

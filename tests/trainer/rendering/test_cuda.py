@@ -10,6 +10,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from rasteriser.pictures import HARD
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import Scene, random_scene
 from trainer.rendering import cuda, reference
@@ -127,11 +128,12 @@ def test_a_crease_threshold_decides_what_is_antialiased() -> None:
     screen, colours = torch.tensor(scene.screen, device=DEVICE), torch.tensor(scene.colours, device=DEVICE)
     faces = torch.tensor(scene.topology.faces.astype(np.int64))
     pictures = []
-    for crease in (0.0, 1e9):
+    for crease in (0.0, 1e9, HARD):
         pictures.append(cuda.draw(screen[None], colours[None], scene.topology, *scene.size, crease=crease)[0])
         expected = reference.draw(screen.cpu().double(), colours.cpu().double(), faces, *scene.size, crease=crease)
         _assert_close(pictures[-1], expected)
     assert (pictures[0] - pictures[1]).abs().max() > 1e-3
+    assert (pictures[1] - pictures[2]).abs().max() > 1e-2
 
 
 def test_inputs_may_lie_in_memory_as_they_like() -> None:

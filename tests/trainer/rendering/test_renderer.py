@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from rasteriser.pictures import HARD
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import random_scene
 from trainer.rendering import reference, renderer
@@ -43,7 +44,7 @@ def test_a_uniform_background_is_the_same_as_other_colours_on_black() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
-@pytest.mark.parametrize("crease", [0.0, 0.3, math.inf])
+@pytest.mark.parametrize("crease", [0.0, 0.3, math.inf, HARD])
 @pytest.mark.parametrize("binarise", [0.0, 0.05])
 def test_backends_agree_on_likelihoods(crease: float, binarise: float) -> None:
     scene = random_scene(13)

@@ -49,7 +49,7 @@ def pictures_of(
 
 def _view(geometry: Geometry, mesh: Mesh, width: int, height: int, crease: float) -> View:
     records = records_of(geometry, mesh)
-    crossed = crossings(geometry, records, mesh) if crease < math.inf else no_crossings(geometry)
+    crossed = crossings(geometry, records, mesh) if 0 <= crease < math.inf else no_crossings(geometry)
     segments = segments_of(geometry, records, crossed, mesh, crease)
     cuts = cuts_of(segments, width, height)
     pieces = pieces_of(records, segments, cuts, geometry.lines[..., 0].numel(), width, height)
