@@ -30,14 +30,15 @@ def render(
     light_azimuth: Float[Tensor, "N"] | None = None,
 ) -> Float[Tensor, "N 3 H W"]:
     """Pictures of shapes turned by `azimuth` radians, in the training's own scene, its lights turned by `light_azimuth`
-    radians."""
+    radians. Drawn as trainings draw them, with contours antialiased: crumpled shapes interpenetrate so often that all
+    borders would take a hundred times as long."""
     screen = project(vertices, azimuth, scene.camera, scene.width, scene.height)
     normals = vertex_normals(vertices, faces)
     if light_azimuth is None:
         colours = shade(normals, azimuth, scene)
     else:
         colours = shade_by_light(normals, azimuth, light_azimuth[:, None], scene).squeeze(2)
-    return cpu.draw(screen, colours, cpu.topology_of(faces), scene.width, scene.height)
+    return cpu.draw(screen, colours, cpu.topology_of(faces), scene.width, scene.height, math.inf)
 
 
 def reconstruction_rows(
