@@ -26,7 +26,7 @@ def draw(
     """The antialiased picture of one mesh on black; differentiable in `screen` (x, y, inverse depth) and `colours`.
 
     Edges at which the colour's change per pixel jumps by `crease` or more are antialiased too, and where faces
-    interpenetrate; if it is infinite, contours alone.
+    interpenetrate; if it is infinite, contours alone; if it is negative, nothing.
     """
     fixed, corners = screen.detach().double().cpu().numpy(), faces.cpu().numpy()
     thin = torch.as_tensor(thickness(fixed, corners) < THIN)
@@ -36,7 +36,8 @@ def draw(
     centres = np.stack((columns, rows), -1).reshape(-1, 2)
     visible = nearest_faces(fixed, corners, centres).reshape(height, width)
 
-    picture = screen.new_zeros(height, width, colours.shape[1])
+    # Black, and a function of the mesh all the same: where nothing is seen, there is a gradient of zero.
+    picture = (0.0 * (screen.sum() + colours.sum())).expand(height, width, colours.shape[1])
     row, column = np.nonzero(visible >= 0)
     planes = _planes(screen, painted, faces, fixed, corners)
     if len(row):

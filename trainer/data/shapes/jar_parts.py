@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Float64
 from numpy import ndarray
 from numpy.random import Generator
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from trainer.data.shapes.solid import Mesh, lathe, loft, superellipse, tube
 
@@ -44,6 +43,9 @@ ROUND = Form()
 
 def smooth(points: Sequence[tuple[float, float]], steps: int = 16) -> Profile:
     """A profile through the given (radius, y) points that bends without overshooting."""
+    # Here and not above: it takes a quarter of a second to load, and only jars bend.
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
+
     knots = np.array(points)
     length = np.insert(np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1)), 0, 0.0)
     profile: Profile = PchipInterpolator(length, knots)(np.linspace(0.0, length[-1], steps))
@@ -187,6 +189,8 @@ def handle(profile: Profile, wall: float, low: float, high: float, reach: float,
             (far, high),
         ]
     )
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
     length = np.insert(np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)), 0, 0.0)
     curve = CubicSpline(length, points)(np.linspace(0.0, length[-1], 10))
     return tube(np.insert(curve, 2, 0.0, axis=1), bar, 8)
