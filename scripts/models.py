@@ -151,33 +151,27 @@ def publish(workshop: Workshop, model: Model, real_meshes: Path) -> None:
     validation = workshop.folder(model, "validation")
     found = {
         parameterisation: judge(
-            workshop.run_directory(model, parameterisation) / "validation",
-            "--checkpoint", workshop.run_directory(model, parameterisation),
-            "--validation", validation, "--images", validation,
+            workshop.run_directory(model, parameterisation), "validation", validation, "--images", validation
         )
         for parameterisation in model.parameterisations
-    }  # fmt: skip
+    }
     chosen = max(found, key=lambda parameterisation: found[parameterisation]["iou"])
     directory, bundle = workshop.run_directory(model, chosen), workshop.bundle(model)
-    test = directory / "test"
-    figures = judge(
-        test, "--checkpoint", directory, "--validation", validation, "--images", workshop.folder(model, "test")
-    )
-    run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", test / "metrics.json",
+    figures = judge(directory, "test", validation, "--images", workshop.folder(model, "test"))
+    run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
         "--images", validation)  # fmt: skip
     run("trainer", "sample", "--checkpoint", directory, "--output", directory / "samples.png", quiet=True)
-    seconds = json.loads((directory / "metrics.jsonl").read_text().splitlines()[-1])["seconds"]
     command = ["python", "-m", "trainer", "train", "--preset", PRESET, *training_options(model, chosen)]
     summary: dict[str, Any] = {
-        "command": shlex.join([*command, "--images", "…", "--run", "…"]),
+        "command": shlex.join([*command, "--images", "PICTURES", "--run", "RUN"]),
         "parameterisation": chosen,
-        "training_seconds": seconds,
+        "training_seconds": progress(directory)["seconds"],
         "bundle_bytes": sum(file.stat().st_size for file in bundle.iterdir()),
         "validation_iou": {name: one["iou"] for name, one in found.items()},
         "test": {name: figures[name] for name in FIGURES},
     }
     if real_meshes.is_dir():
-        real = judge(directory / "real", "--checkpoint", directory, "--validation", validation, "--meshes", real_meshes)
+        real = judge(directory, "real", validation, "--meshes", real_meshes)
         summary["real_meshes"] = {name: real[name] for name in FIGURES}
     write_bytes(workshop.work / "summaries" / f"{model.name}.json", (json.dumps(summary, indent=2) + "\n").encode())
 
@@ -206,13 +200,20 @@ def row_of(figures: dict[str, Any]) -> list[str]:
     return [*overlaps, f"{error:.1f}°", f"{accuracy:.2f}"]
 
 
-def judge(output: Path, *options: object) -> dict[str, Any]:
-    """What `trainer evaluate` finds; it is asked once."""
-    path = output / "metrics.json"
-    if not path.exists():
-        run("trainer", "evaluate", *options, "--output", output, quiet=True)
+def judge(directory: Path, name: str, validation: Path, *subjects: object) -> dict[str, Any]:
+    """What `trainer evaluate` finds, in the run directory under a name; it is asked again if training went on since."""
+    path = directory / name / "metrics.json"
+    if not path.exists() or json.loads(path.read_text())["step"] != progress(directory)["step"]:
+        run("trainer", "evaluate", "--checkpoint", directory, "--validation", validation, *subjects,
+            "--output", path.parent, quiet=True)  # fmt: skip
     found: dict[str, Any] = json.loads(path.read_text())
     return found
+
+
+def progress(directory: Path) -> dict[str, Any]:
+    """A training's last step, and its figures."""
+    last: dict[str, Any] = json.loads((directory / "metrics.jsonl").read_text().splitlines()[-1])
+    return last
 
 
 def run(module: str, *arguments: object, quiet: bool = False) -> None:
