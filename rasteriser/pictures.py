@@ -37,7 +37,7 @@ def draw(
     `screen` [N, V, 3] holds x, y in pixels and inverse depth; `colours` [N, V, C] are linear. Edges inside the surface
     are antialiased where the colour's change per pixel jumps by `crease` or more, and so are lines where faces
     interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time; if it
-    is HARD, nothing is, which takes an eighth of that again, but is no function that could be followed downhill.
+    is HARD, nothing is, which takes less than half of that again, but is no function that could be followed downhill.
 
     Raises:
         ValueError: shapes that do not fit, or vertices that are not finite; the message names the first bad mesh.

@@ -108,7 +108,8 @@ def main() -> int:
     workshop = Workshop(arguments.work, arguments.output, arguments.pictures, arguments.steps)
     for model in models:
         render(workshop, model)
-    with ThreadPoolExecutor(arguments.workers) as threads:
+    threads = ThreadPoolExecutor(arguments.workers)
+    try:
         trainings = [
             (model, parameterisation, threads.submit(train, workshop, model, parameterisation))
             for model in models
@@ -117,6 +118,9 @@ def main() -> int:
         for model, parameterisation, training in trainings:
             training.result()
             print(f"trained  {model.name}, {parameterisation}", flush=True)
+    finally:
+        # After a failure or Ctrl-C, those that run save and end, and no other begins.
+        threads.shutdown(cancel_futures=True)
     for model in models:
         publish(workshop, model, arguments.real_meshes / model.category)
     write_figures(workshop)

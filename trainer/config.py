@@ -136,8 +136,8 @@ class LossConfig:
     """Where renderings, and so their gradients, are exact: at `contours`; or at all `borders` that show, also creases
     and lines where faces interpenetrate (truer, slower, and for cars no better)."""
     antialias_e_step: Literal["none", "contours"] = "none"
-    """`exact` objective: the same where the E-step compares poses, of which no gradient is asked; `none` takes a
-    quarter of the time of `contours`."""
+    """`exact` objective: the same where the E-step compares poses, of which no gradient is asked; `none` takes
+    less than half of the time of `contours`, for crumpled meshes a tenth."""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ def render(
 ) -> Float[Tensor, "N 3 H W"]:
     """Pictures of shapes turned by `azimuth` radians, in the training's own scene, its lights turned by `light_azimuth`
     radians. Drawn as trainings draw them, with contours antialiased: crumpled shapes interpenetrate so often that all
-    borders would take a hundred times as long."""
+    borders would take up to a hundred times as long."""
     screen = project(vertices, azimuth, scene.camera, scene.width, scene.height)
     normals = vertex_normals(vertices, faces)
     if light_azimuth is None:
