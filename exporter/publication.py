@@ -76,7 +76,7 @@ def _replace(target: Path, staging: Path) -> None:
     except OSError:
         retired.rename(target)
         raise
-    shutil.rmtree(retired)
+    shutil.rmtree(retired, ignore_errors=True)
 
 
 def _storage_error(target: Path, error: OSError) -> StorageError:

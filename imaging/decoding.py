@@ -22,6 +22,10 @@ FORMATS: Final = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 _MOST_WORKING_PIXELS: Final = 2_000_000
 _STRIP_PIXELS: Final = 1_000_000
 
+_START_OF_SCAN: Final = b"\xff\xda"
+_MOST_SCANS: Final = 100
+"""Progressive JPEGs have about ten. Every one goes over the whole picture, and may be a few bytes long."""
+
 _EXIF_ORIENTATION: Final = 0x0112
 _UPRIGHT: Final = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -59,6 +63,12 @@ def part_of(picture: Picture, rows: slice, columns: slice) -> Picture:
         picture.rows[rows.start : rows.stop + 1],
         picture.factor,
     )
+
+
+def pixels_in(content: bytes, max_pixels: int) -> int:
+    """How many pixels a picture file has, by its head. Raises as `decode` does, but for damage behind the head."""
+    file = _open(content, max_pixels)
+    return file.width * file.height
 
 
 def decode(content: bytes, least_width: int, least_height: int, max_pixels: int) -> Picture:
@@ -115,6 +125,11 @@ def _open(content: bytes, max_pixels: int) -> Image.Image:
     if file.width * file.height > max_pixels:
         raise PixelLimitError(
             f"expected at most {max_pixels} pixels, found {file.width} × {file.height} = {file.width * file.height}"
+        )
+    if file.format in {"JPEG", "MPO"} and content.count(_START_OF_SCAN) > _MOST_SCANS:
+        raise DamageError(
+            f"expected a JPEG of at most {_MOST_SCANS} scans, found {content.count(_START_OF_SCAN)}: each takes as "
+            "long as a picture"
         )
     return file
 

@@ -7,14 +7,14 @@ all pieces is the box filter.
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING, plane_value
 from rasteriser.pieces import AT_COLUMN, AT_EDGE, AT_ROW, AT_VERTEX
 from rasteriser.segments import CROSSING
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def perimeter_position(x, y):
     """Where the ray from the centre of the unit square through (x, y) leaves it: side k has the positions k ± 1/2,
     counter-clockwise from the right."""
@@ -25,7 +25,7 @@ def perimeter_position(x, y):
     return -0.5 * x / y + (1.0 if y > 0 else 3.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def swept_moment(position):
     """First moments of the part of the square that a ray sweeps from the lower right corner up to a position."""
     if position < 0.5 or position >= 3.5:
@@ -41,7 +41,7 @@ def swept_moment(position):
     return (s * s - 0.25) / 12.0, (1.0 - (s + 0.5)) / 12.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def shadow_of(ax, ay, bx, by):
     """Area and first moments of the part of the unit square around the origin behind the segment a b."""
     cross = ax * by - ay * bx
@@ -58,7 +58,7 @@ def shadow_of(ax, ay, bx, by):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def face_integral(planes, boxes, face, x, y, channel, channels, area, moment_x, moment_y):
     """∫ colour of a face over a shadow whose moments are about (x, y), of one channel; 0 where there is no face.
 
@@ -80,7 +80,7 @@ def face_integral(planes, boxes, face, x, y, channel, channels, area, moment_x, 
     return value
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients):
     """Adjoint of sign · `face_integral`; returns the gradients of area and moments, and adds to plane_gradients."""
     channels = picture_gradient.shape[0]
@@ -119,7 +119,7 @@ def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, pic
     return to_area, to_x, to_y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def add_pieces(planes, boxes, points, codes, count, picture):
     """Adds to picture [C, H, >= W] what pieces change in the pixels that they lie in."""
     channels = picture.shape[0]
@@ -134,7 +134,7 @@ def add_pieces(planes, boxes, points, codes, count, picture):
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def line_of(segment, codes, lines, planes):
     """(a, b, c) of the line that a segment lies on."""
     if codes[segment, 0] != CROSSING:
@@ -148,7 +148,7 @@ def line_of(segment, codes, lines, planes):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def edge_gradient(screen, edges, edge, x, y, to_value, screen_gradient):
     """Adjoint of the value of an edge's line at a fixed point."""
     i, j = edges[edge, 0], edges[edge, 1]
@@ -158,7 +158,7 @@ def edge_gradient(screen, edges, edge, x, y, to_value, screen_gradient):
     screen_gradient[j, 1] += to_value * (x - screen[i, 0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def segment_gradient(screen, edges, segment, codes, x, y, to_value, screen_gradient, plane_gradients):
     """Adjoint of the value of a segment's line at a fixed point."""
     if codes[segment, 0] != CROSSING:
@@ -171,7 +171,7 @@ def segment_gradient(screen, edges, segment, codes, x, y, to_value, screen_gradi
         plane_gradients[face, 0, 2] += part * y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def end_gradient(
     screen, edges, lines, planes, segment, kind, at, segment_codes, x, y, to_x, to_y, screen_gradient, plane_gradients
 ):
@@ -202,7 +202,7 @@ def end_gradient(
         segment_gradient(screen, edges, at, segment_codes, x, y, to_other, screen_gradient, plane_gradients)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def pieces_gradient(
     screen, edges, lines, planes, boxes, segment_codes, points, codes, count, picture_gradient,
     plane_gradients, screen_gradient,

@@ -6,8 +6,8 @@ decisions on which side a point lies. A *plane* (p, q, r) is p + q·x + r·y.
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.vectors import LANES, load, ramp, select, store
 
 # Twice the area below which a face is nothing, in squared pixels.
@@ -20,17 +20,17 @@ TIE = 1.0 + 1e-12
 SMALLEST_NORMAL = 2.3e-308
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def line_value(lines, edge, x, y):
     return lines[edge, 0] * x + lines[edge, 1] * y + lines[edge, 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def plane_value(planes, face, channel, x, y):
     return planes[face, channel, 0] + planes[face, channel, 1] * x + planes[face, channel, 2] * y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def set_up_edges(screen, edges, lines):
     """lines [E, 3] of the edges of one mesh; screen [V, 3] holds x, y, inverse depth."""
     for e in range(edges.shape[0]):
@@ -41,7 +41,7 @@ def set_up_edges(screen, edges, lines):
         lines[e, 2] = xj * yi - xi * yj
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def is_thin(x1, y1, x2, y2):
     """Whether a triangle's height is below THIN; its corners are (0, 0), (x1, y1) and (x2, y2)."""
     longest = max(x1 * x1 + y1 * y1, x2 * x2 + y2 * y2, (x2 - x1) * (x2 - x1) + (y2 - y1) * (y2 - y1))
@@ -49,7 +49,7 @@ def is_thin(x1, y1, x2, y2):
     return area * area < THIN * THIN * longest
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers):
     """What is known of a face before any pixel is visited.
 
@@ -111,7 +111,7 @@ def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, 
         covers[f, 15] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def pixels_between(lowest, highest, size):
     """The range of pixels of a picture whose centres lie in [lowest, highest]; the end is exclusive."""
     first = int(np.ceil(min(max(lowest - 0.5, 0.0), np.float64(size))))
@@ -119,7 +119,7 @@ def pixels_between(lowest, highest, size):
     return first, last + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def bounding_box(screen, width, height):
     """(left, top, right, bottom) of the pixels that a mesh can touch; the right and bottom ends are exclusive."""
     left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf
@@ -131,7 +131,7 @@ def bounding_box(screen, width, height):
     return first_x, first_y, max(first_x, last_x), max(first_y, last_y)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@kernel(error_model="numpy", _nrt=False, fastmath={"contract"})
 def rasterise(covers, sides, boxes, box, width, depths, visible, seen):
     """visible [H, W + WIDE]: the face at each pixel centre inside `box` or NOTHING; depths: its depth, or 0;
     seen [F]: whether a face is visible at any. Of faces at the same depth, up to rounding, the first wins."""

@@ -1,18 +1,19 @@
 """One mesh drawn by one thread, and the adjoint of that: all stages in a row."""
 
 import numpy as np
-from numba import njit
 
 from rasteriser.antialias import add_pieces, pieces_gradient
+from rasteriser.compilation import kernel
 from rasteriser.coverage import rasterise, set_up_edges, set_up_faces
+from rasteriser.cuts import cuts_between
 from rasteriser.grid import grid_over, sort_into_cells
 from rasteriser.pieces import find_pieces
-from rasteriser.segments import cuts_between, find_segments
+from rasteriser.segments import find_segments
 from rasteriser.shading import add_interior, faces_gradient, interior_gradient
 from rasteriser.vectors import WIDE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def workspace_for(vertex_count, topology, channels, width, height):
     """Scratch memory of one thread: what is known of edges, faces and pixels (9 arrays), gradients (3)."""
     face_count, edge_count = len(topology[0]), len(topology[1])
@@ -32,11 +33,12 @@ def workspace_for(vertex_count, topology, channels, width, height):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture):
     """Adds the antialiased picture of one mesh to picture [C, H, W + WIDE], inside its box.
 
-    Returns the pieces of contour, crease and crossing, for `draw_mesh_gradient`.
+    Returns the pieces of contour, crease and crossing, for `draw_mesh_gradient`; there are none where crease is
+    negative.
     """
     faces, edges, edge_faces, face_edges = topology
     lines, planes, sides, edge_sides, boxes, covers, depths, visible, seen = workspace[:9]
@@ -45,6 +47,8 @@ def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture)
     set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers)
     rasterise(covers, sides, boxes, box, width, depths, visible, seen)
     add_interior(planes, boxes, seen, visible, depths, width, picture)
+    if crease < 0.0:
+        return np.empty((0, 5), np.int32), np.empty((0, 4)), np.empty((0, 9), np.int32), 0
 
     grid = grid_over(box, len(faces))
     spans, starts, items = sort_into_cells(boxes, len(faces), grid)
@@ -61,7 +65,7 @@ def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture)
     return segment_codes, points, codes, found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def draw_mesh_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
     """Adjoint of `draw_mesh`, right after it; leaves the gradients of vertices and colours in the workspace."""
     faces, edges = topology[0], topology[1]

@@ -1,8 +1,8 @@
 """A uniform grid over the picture that finds what lies near what: which faces cover a point, which segments meet."""
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING, TIE
 from rasteriser.vectors import all_set, last, load_four
 
@@ -10,7 +10,7 @@ from rasteriser.vectors import all_set, last, load_four
 MARGIN = 1e-3
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def grid_over(box, count):
     """(left, top, size, columns, rows): square cells over a box of pixels, about as many as there are things to put
     into them."""
@@ -22,7 +22,7 @@ def grid_over(box, count):
     return np.float64(box[0]), np.float64(box[1]), size, columns, rows
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def cell_range(lowest, highest, per_pixel, cells):
     """Cells, the last included, that an interval touches; first > last where it lies outside the grid."""
     low, high = (lowest - MARGIN) * per_pixel, (highest + MARGIN) * per_pixel
@@ -31,7 +31,7 @@ def cell_range(lowest, highest, per_pixel, cells):
     return int(min(max(low, 0.0), cells - 1.0)), int(min(max(high, 0.0), cells - 1.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def count_per_cell(boxes, count, grid, spans, starts):
     """Writes the cells that each box touches to spans [>= count, 4], and how many boxes touch each cell, summed up, to
     starts [cells + 1]; returns the total. boxes [>= count, >= 4]: least and greatest x, least and greatest y."""
@@ -51,7 +51,7 @@ def count_per_cell(boxes, count, grid, spans, starts):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def fill_cells(spans, count, columns, starts, items):
     """Turns starts into where each cell's items start: cell k, counted row by row, then holds items[starts[k] :
     starts[k + 1]], in increasing order."""
@@ -62,7 +62,7 @@ def fill_cells(spans, count, columns, starts, items):
                 items[starts[row * columns + column]] = n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def sort_into_cells(boxes, count, grid):
     """(spans, starts, items): the cells that each box touches, and the boxes that touch each cell, as
     `count_per_cell` and `fill_cells` say."""
@@ -72,13 +72,13 @@ def sort_into_cells(boxes, count, grid):
     return spans, starts, items
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def meet_first_in(spans, a, b, column, row):
     """Whether a cell that holds two boxes is the first, from the top left, of those that do."""
     return (max(spans[a, 0], spans[b, 0]) == column) & (max(spans[a, 2], spans[b, 2]) == row)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def nearest_faces(grid, starts, items, covers, x, y, step_x, step_y):
     """The faces seen at two points: a small step back from (x, y), and the same step ahead."""
     left, top, size, columns, rows = grid
@@ -97,3 +97,20 @@ def nearest_faces(grid, starts, items, covers, x, y, step_x, step_y):
         behind, depth_behind = (f, last(back)) if covers_behind else (behind, depth_behind)
         ahead, depth_ahead = (f, last(on)) if covers_ahead else (ahead, depth_ahead)
     return behind, ahead
+
+
+@kernel(error_model="numpy", _nrt=False, inline="always")
+def is_hidden_by(face, f, g, covers, x, y, step_x, step_y):
+    """Whether a face hides faces f and g at both points of `nearest_faces`, so that it would return neither.
+
+    g may be NOTHING. Also false of a face that is one of the two.
+    """
+    hider, first, second = covers[face], covers[f], covers[f if g == NOTHING else g]
+    along_x, along_y, least = load_four(hider, 0), load_four(hider, 4), load_four(hider, 12)
+    here, step = along_x * x + (along_y * y + load_four(hider, 8)), along_x * step_x + along_y * step_y
+    back, on = here - step, here + step
+    # Twice the margin of `nearest_faces`, against rounding.
+    depth_f = first[3] * x + (first[7] * y + first[11]) + abs(first[3] * step_x + first[7] * step_y)
+    depth_g = second[3] * x + (second[7] * y + second[11]) + abs(second[3] * step_x + second[7] * step_y)
+    nearer = min(last(back), last(on)) > max(depth_f, depth_g) * (TIE * TIE)
+    return all_set(back >= least) & all_set(on >= least) & nearer

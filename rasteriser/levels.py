@@ -6,14 +6,14 @@ top, right, bottom), the last two exclusive.
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.vectors import WIDE
 
 ROWS, COLUMNS, STRIDE, START = 0, 1, 2, 3
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def level_table(width, height):
     """[L, 4]: rows, columns, stride, and where the level starts in a flat array whose length is the last START."""
     count, smaller = 1, min(width, height)
@@ -32,7 +32,7 @@ def level_table(width, height):
     return table
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@kernel(_nrt=False)
 def reflected(index, size):
     """Index with the border reflected, the border pixel itself not repeated."""
     if 0 <= index < size:
@@ -44,19 +44,19 @@ def reflected(index, size):
     return min(index, period - index)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@kernel(_nrt=False)
 def reached(first, last, size):
     """Pixels of the next level, of `size` pixels, that depend on the pixels first..last - 1 of this one."""
     return max(0, (first - 1) // 2), min(size, (last + 1) // 2 + 1)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@kernel(_nrt=False)
 def needed(first, last, size):
     """Pixels of this level, of `size` pixels, on which the pixels first..last - 1 of the next one depend."""
     return max(0, 2 * first - 2), min(size, 2 * last + 1)
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@kernel(_nrt=False)
 def box_above(box, rows, columns):
     """The box of the next level, of rows × columns pixels, outside which it vanishes if this one does outside `box`."""
     left, right = reached(box[0], box[2], columns)
@@ -64,7 +64,7 @@ def box_above(box, rows, columns):
     return left, top, right, bottom
 
 
-@njit(cache=True, nogil=True, _nrt=False)
+@kernel(_nrt=False)
 def clear_below(levels, base, table, level, above):
     """Writes zeros wherever `reduce_level` will look for the box `above` of the next level."""
     left, right = needed(above[0], above[2], table[level, COLUMNS])

@@ -10,8 +10,9 @@ are so many more channels of one drawing, and the target's pyramid is the same f
 
 import numpy as np
 import numpy.typing as npt
-from numba import get_num_threads, njit, prange
+from numba import get_num_threads, prange
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import bounding_box
 from rasteriser.drawing import draw_mesh, draw_mesh_gradient, workspace_for
 from rasteriser.levels import box_above, clear_below, level_table
@@ -32,9 +33,9 @@ def log_likelihood(
     """Log-likelihoods [N] (Eqs. 1 to 4, ε = 1, constants left out) of pictures [B, C, H, W] given N = B · R meshes.
 
     Mesh n explains picture n // R, so the R hypotheses of a picture stand together. `colours` are [N, V, C], or
-    [N, V, L, C] for L lights; then log p is [N, L]. Lights that are drawn together share their creases, if `crease` is
-    finite. Where `binarise` is positive, it is the η of the paper's silhouette loss: both pictures' pixels p become
-    p / (p + η) first. Raises as `draw` does.
+    [N, V, L, C] for L lights; then log p is [N, L]. Lights share their creases, if `crease` is finite. Where `binarise`
+    is positive, it is the η of the paper's silhouette loss: both pictures' pixels p become p / (p + η) first. Raises as
+    `draw` does.
     """
     nothing = Gradients(np.empty((0, 0, 0), np.float32), np.empty((0, 0, 0), np.float32))
     scales = np.zeros(colours.shape[:1] + colours.shape[2:-1])
@@ -70,9 +71,11 @@ def _evaluate(
     gradients: Gradients,
 ) -> npt.NDArray[np.float64]:
     lights = colours.shape[2] if colours.ndim == 4 else 1
-    _check_hypotheses(colours, pictures)
+    _check_hypotheses(colours, pictures, scales)
     screen, colours = checked(screen, colours.reshape(*colours.shape[:2], lights * colours.shape[-1]), topology)
     pictures = np.ascontiguousarray(pictures, np.float32)
+    if not np.isfinite(pictures).all():
+        raise ValueError("expected finite pictures, found NaN or infinity")
     if binarise > 0.0:
         pictures = pictures / (pictures + np.float32(binarise))
     table, mesh = level_table(pictures.shape[3], pictures.shape[2]), contiguous(topology)
@@ -85,16 +88,19 @@ def _evaluate(
     return values.reshape(scales.shape)
 
 
-def _check_hypotheses(colours: FloatArray, pictures: FloatArray) -> None:
+def _check_hypotheses(colours: FloatArray, pictures: FloatArray, scales: npt.NDArray[np.float64]) -> None:
     if colours.ndim not in (3, 4) or colours.shape[-1] != pictures.shape[1]:
         found = f"{list(colours.shape)} for pictures {list(pictures.shape)}"
         raise ValueError(f"expected colours [N, V, C] or [N, V, L, C] with the pictures' channels, found {found}")
     if len(pictures) == 0 or len(colours) % len(pictures):
         found = f"{len(colours)} and {len(pictures)}"
         raise ValueError(f"expected a whole number of meshes for each picture, found {found}")
+    if scales.shape != colours.shape[:1] + colours.shape[2:-1]:
+        found = f"{list(scales.shape)} for colours {list(colours.shape)}"
+        raise ValueError(f"expected a scale for each hypothesis, [N] or [N, L], found {found}")
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
     threads, screen, colours, topology, crease, binarise, pictures, table, wanted, asked, scales,
     values_out, screen_out, colours_out,
@@ -121,7 +127,8 @@ def _log_likelihood_gradients(
                     total += picture_pyramid(pictures[known, c], table, target[c], scratch[1])
             count = 0
             for light in range(len(lights)):
-                if asked[n, light]:
+                # Where the jump of a colour decides what is a crease, those of all lights do.
+                if asked[n, light] or 0.0 < crease < np.inf:
                     lights[count] = light
                     count += 1
             chosen = paint[: vertices * count * channels].reshape(vertices, count * channels)
@@ -133,32 +140,32 @@ def _log_likelihood_gradients(
                 screen[n], chosen, topology, crease, binarise, target, total, table, workspace, scratch,
                 lights[:count], scales[n], values_out[n],
             )  # fmt: skip
-            if scales[n, lights[0]] != 0.0:
+            if scales[n].any():
                 screen_out[n] = workspace[10]
                 for k in range(count):
                     into = lights[k] * channels
                     colours_out[n, :, into : into + channels] = workspace[11][:, k * channels : (k + 1) * channels]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _log_likelihood_and_gradient(
     screen, colours, topology, crease, binarise, target, total, table, workspace, scratch, lights, scales, values
 ):
     """Writes log p of one picture under some lights, whose channels stand one after the other in colours [V, K · C],
     to values [L]; the picture is given as the pyramids target [C, T] of its channels and the sum of their squares.
 
-    Either all or none of their scales are 0. In the former case, also leaves Σ scale · d log p in the workspace.
+    Unless all scales are 0, also leaves Σ scale · d log p in the workspace, and 0 as the value of lights without one.
     """
     levels, half, level_boxes, slopes = scratch
     levels = levels[: colours.shape[1]]
     channels, height, width = len(target), table[0, 0], table[0, 1]
-    gradient = scales[lights[0]] != 0.0
+    gradient = scales.any()
     box = bounding_box(screen, width, height)
     if box[2] <= box[0] or box[3] <= box[1]:
         workspace[10][:] = 0.0
         workspace[11][:] = 0.0
         for light in lights:
-            values[light] = -0.5 * total
+            values[light] = 0.0 if gradient and scales[light] == 0.0 else -0.5 * total
         return
     start, stride = table[0, 3], table[0, 2]
     if len(table) > 2:
@@ -176,6 +183,10 @@ def _log_likelihood_and_gradient(
         binarise_box(picture, box, np.float32(binarise), slopes)
     for k in range(len(lights)):
         value, scale = 0.0, scales[lights[k]]
+        if gradient and scale == 0.0:
+            picture[k * channels : (k + 1) * channels] = 0.0
+            values[lights[k]] = 0.0
+            continue
         for c in range(channels):
             mine = levels[k * channels + c]
             value += pyramid_log_likelihood(table, box, mine, target[c], 0.0, scale, level_boxes, half)
@@ -188,20 +199,20 @@ def _log_likelihood_and_gradient(
         draw_mesh_gradient(screen, colours, topology, workspace, pieces, width, picture)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def binarise_box(picture, box, eta, slopes):
     """Pixels p inside a box become p / (p + η), and slopes [C, H, W] the derivative of that."""
     left, top, right, bottom = box
     for c in range(picture.shape[0]):
         for iy in range(top, bottom):
             for ix in range(left, right):
-                # Rounding may leave a black pixel a hair below zero.
+                # Where contours alone are antialiased, what they take away may be more than there is.
                 inverse = np.float32(1.0) / (max(picture[c, iy, ix], np.float32(0.0)) + eta)
-                slopes[c, iy, ix] = eta * inverse * inverse
+                slopes[c, iy, ix] = eta * inverse * inverse if picture[c, iy, ix] >= 0.0 else np.float32(0.0)
                 picture[c, iy, ix] = np.float32(1.0) - eta * inverse
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def multiply_box(picture, box, factors):
     left, top, right, bottom = box
     for c in range(picture.shape[0]):

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import get_num_threads, njit, prange
+from numba import get_num_threads, prange
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import bounding_box
 from rasteriser.drawing import draw_mesh, draw_mesh_gradient, workspace_for
 from rasteriser.topology import Topology
@@ -36,8 +37,8 @@ def draw(
 
     `screen` [N, V, 3] holds x, y in pixels and inverse depth; `colours` [N, V, C] are linear. Edges inside the surface
     are antialiased where the colour's change per pixel jumps by `crease` or more, and so are lines where faces
-    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time; if it
-    is HARD, nothing is, which takes less than half of that again, but is no function that could be followed downhill.
+    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which is several times as fast; if it
+    is HARD, nothing is, which is several times as fast again, but no function that could be followed downhill.
 
     Raises:
         ValueError: shapes that do not fit, or vertices that are not finite; the message names the first bad mesh.
@@ -58,7 +59,8 @@ def draw_each(
         ValueError: as `draw` does; or the meshes differ in their number of channels.
     """
     singles = [
-        checked(np.asarray(screen)[None], np.asarray(colours)[None], topology) for screen, colours, topology in meshes
+        checked(np.asarray(screen)[None], np.asarray(colours)[None], topology, number)
+        for number, (screen, colours, topology) in enumerate(meshes)
     ]
     channels = {colours.shape[2] for _, colours in singles}
     if len(channels) > 1:
@@ -86,29 +88,38 @@ def draw_gradient(
     screen, colours = checked(screen, colours, topology)
     gradients = Gradients(np.empty_like(screen), np.empty_like(colours))
     upstream = np.ascontiguousarray(picture_gradients, np.float32)
+    if upstream.ndim != 4 or upstream.shape[:2] != (len(screen), colours.shape[2]):
+        found = f"{list(upstream.shape)} for screen {list(screen.shape)} and colours {list(colours.shape)}"
+        raise ValueError(f"expected gradients [N, C, H, W] of the pictures of all meshes and channels, found {found}")
     threads, width = get_num_threads(), upstream.shape[3]
     _picture_gradients(threads, screen, colours, contiguous(topology), crease, width, upstream, *gradients)
     return gradients
 
 
-def checked(screen: FloatArray, colours: FloatArray, topology: Topology) -> tuple[FloatArray, FloatArray]:
+def checked(
+    screen: FloatArray, colours: FloatArray, topology: Topology, number: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """Both as the kernels take them; the first mesh is called `number` in errors."""
     if screen.ndim != 3 or screen.shape[2] != 3 or colours.ndim != 3 or colours.shape[:2] != screen.shape[:2]:
         found = f"{list(screen.shape)} and {list(colours.shape)}"
         raise ValueError(f"expected screen [N, V, 3] and colours [N, V, C] of the same N and V, found {found}")
     if len(topology.faces) and not 0 <= topology.faces.min() <= topology.faces.max() < screen.shape[1]:
-        raise ValueError(f"expected faces that name vertices 0 to {screen.shape[1] - 1}, found {topology.faces.max()}")
+        found = f"{topology.faces.min()} to {topology.faces.max()}"
+        raise ValueError(f"expected faces that name vertices 0 to {screen.shape[1] - 1}, found {found}")
+    with np.errstate(over="ignore"):
+        screen, colours = np.ascontiguousarray(screen, np.float32), np.ascontiguousarray(colours, np.float32)
     finite = np.isfinite(screen).all((1, 2)) & np.isfinite(colours).all((1, 2))
     if not finite.all():
-        first = int(np.flatnonzero(~finite)[0])
+        first = number + int(np.flatnonzero(~finite)[0])
         raise ValueError(f"expected finite vertices and colours, found NaN or infinity first in mesh {first}")
-    return np.ascontiguousarray(screen, np.float32), np.ascontiguousarray(colours, np.float32)
+    return screen, colours
 
 
 def contiguous(topology: Topology) -> tuple[npt.NDArray[np.int32], ...]:
     return tuple(np.ascontiguousarray(part) for part in topology)
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def _pictures(threads, screen, colours, topology, crease, width, out):
     count, channels, height = len(screen), out.shape[1], out.shape[2]
     for thread in prange(threads):
@@ -121,7 +132,7 @@ def _pictures(threads, screen, colours, topology, crease, width, out):
             out[n] = picture[:, :, :width]
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def _pictures_of_each(screen, colours, topology, offsets, crease, width, out):
     faces, edges, edge_faces, face_edges = topology
     channels, height = out.shape[1], out.shape[2]
@@ -136,7 +147,7 @@ def _pictures_of_each(screen, colours, topology, offsets, crease, width, out):
         out[n] = picture[:, :, :width]
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+@kernel(parallel=True, error_model="numpy")
 def _picture_gradients(threads, screen, colours, topology, crease, width, upstream, screen_out, colours_out):
     count, channels, height = len(screen), upstream.shape[1], upstream.shape[2]
     for thread in prange(threads):

@@ -1,10 +1,10 @@
 """Segments cut into pieces, each inside one pixel and seen along all of its length or nowhere."""
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING
-from rasteriser.grid import nearest_faces
+from rasteriser.grid import is_hidden_by, nearest_faces
 from rasteriser.segments import CROSSING
 
 # What a piece's end lies on: a vertex of the mesh, a pixel boundary, an edge, or another segment.
@@ -13,7 +13,7 @@ AT_VERTEX, AT_COLUMN, AT_ROW, AT_EDGE, AT_SEGMENT = 0, 1, 2, 3, 4
 ASIDE = 1e-6
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def cut_at_pixels(x0, y0, x1, y1, width, height, places, kinds, at):
     """Where, from 0 to 1 and in order, a segment enters, changes pixel in, and leaves the picture.
 
@@ -64,7 +64,7 @@ def cut_at_pixels(x0, y0, x1, y1, width, height, places, kinds, at):
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def insert_cut(places, kinds, at, count, place, segment):
     """Puts a cut by another segment in its place among the others; returns how many there are then."""
     if not places[0] < place < places[count - 1]:
@@ -77,14 +77,14 @@ def insert_cut(places, kinds, at, count, place, segment):
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def add_pieces_of_segments(
     edges, covers, grid, starts, items, ends, codes, segment_count,
     heads, links, link_places, width, height, places, kinds, at, points, piece_codes,
 ):  # fmt: skip
     """Writes the pieces as `find_pieces` says; returns how many there are. Those for which there is no room are only
     counted."""
-    found = 0
+    found, hider = 0, NOTHING
     for s in range(segment_count):
         x0, y0, x1, y1 = ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3]
         dx, dy = x1 - x0, y1 - y0
@@ -111,9 +111,14 @@ def add_pieces_of_segments(
             step_x, step_y = -dy * aside, dx * aside
             if step_x * (ix + 0.5 - x) + step_y * (iy + 0.5 - y) > 0.0:
                 step_x, step_y = -step_x, -step_y
-            here, beyond = nearest_faces(grid, starts, items, covers, x, y, step_x, step_y)
             f, g = codes[s, 1], codes[s, 2]
+            # Most are hidden, and by the face that hid the one before.
+            if hider != NOTHING and is_hidden_by(hider, f, g, covers, x, y, step_x, step_y):
+                continue
+            here, beyond = nearest_faces(grid, starts, items, covers, x, y, step_x, step_y)
             own = (here != NOTHING and here in (f, g)) + (beyond != NOTHING and beyond in (f, g))
+            if own == 0 and here == beyond:
+                hider = here
             if here == beyond or own < (2 if codes[s, 0] == CROSSING else 1):
                 continue
             found += 1
@@ -131,7 +136,7 @@ def add_pieces_of_segments(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def find_pieces(
     edges, covers, grid, starts, items, ends, codes, segment_count,
     heads, links, link_places, link_count, width, height,

@@ -4,7 +4,8 @@ Its frame is told there; positions are in samples, `supersampling` of them to a 
 """
 
 import numpy as np
-from numba import njit
+
+from rasteriser.compilation import kernel
 
 NEAR = 1e-3
 """Distance of the near plane from the camera; what lies in front of it is cut away exactly."""
@@ -13,7 +14,7 @@ _DEGENERATE = 1e-6
 """Triangles of less area than this (in samples squared) have no reliable plane, and are too thin to hold a sample."""
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def project(corners, colours, focal_length, width, height, supersampling, screen, planes):
     """Clips at the near plane, projects to samples, and returns the number of triangles written, at most two a face.
 
@@ -36,7 +37,7 @@ def project(corners, colours, focal_length, width, height, supersampling, screen
     return count
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _clip(corners, colours, face, polygon):
     """Writes what remains beyond the near plane, [sides, xyz + colour]; returns the number of its sides, 0, 3 or 4."""
     channels = colours.shape[2]
@@ -58,19 +59,21 @@ def _clip(corners, colours, face, polygon):
                 polygon[sides, 3 + channel] = colours[face, start, channel]
             sides += 1
         if beyond < 3 and (corners[face, start, 2] >= NEAR) != (corners[face, end, 2] >= NEAR):
-            share = (NEAR - corners[face, start, 2]) / (corners[face, end, 2] - corners[face, start, 2])
+            # From what is kept to what is lost, whichever way the face goes round: its neighbour's cut is the same.
+            kept, lost = (start, end) if corners[face, start, 2] >= NEAR else (end, start)
+            share = (NEAR - corners[face, kept, 2]) / (corners[face, lost, 2] - corners[face, kept, 2])
             for axis in range(2):
-                step = corners[face, end, axis] - corners[face, start, axis]
-                polygon[sides, axis] = corners[face, start, axis] + share * step
+                step = corners[face, lost, axis] - corners[face, kept, axis]
+                polygon[sides, axis] = corners[face, kept, axis] + share * step
             polygon[sides, 2] = NEAR
             for channel in range(channels):
-                here, there = colours[face, start, channel], colours[face, end, channel]
+                here, there = colours[face, kept, channel], colours[face, lost, channel]
                 polygon[sides, 3 + channel] = (1 - share) * here + share * there
             sides += 1
     return sides
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _holds_samples(screen, triangle, columns, rows):
     """Whether there is a sample in the bounding box: many triangles fall between two of them."""
     x0, x1, x2 = screen[triangle, 0, 0], screen[triangle, 1, 0], screen[triangle, 2, 0]
@@ -80,7 +83,7 @@ def _holds_samples(screen, triangle, columns, rows):
     return first_sample(min(y0, y1, y2), rows) != first_sample(max(y0, y1, y2), rows)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _plane_equations(screen, planes, triangle, polygon, fan):
     """Writes a triangle's planes; False if it has none."""
     x0, y0 = screen[triangle, 0, 0], screen[triangle, 0, 1]
@@ -103,13 +106,13 @@ def _plane_equations(screen, planes, triangle, polygon, fan):
     return True
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def first_sample(position, limit):
     """Index of the first sample whose centre is at or beyond `position`, within [0, limit]."""
     return int(min(max(np.ceil(position - 0.5), 0.0), float(limit)))
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bounds(screen, width, height):
     """Where samples can be covered: columns [left, right) and rows [top, bottom), none where there are no triangles."""
     left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf

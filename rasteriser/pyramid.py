@@ -13,8 +13,8 @@ exclusive. Levels lie in flat arrays row by row (`level_table`), with WIDE zeros
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.levels import COLUMNS, ROWS, START, STRIDE, box_above, clear_below, needed, reflected
 from rasteriser.vectors import (
     WIDE,
@@ -33,7 +33,7 @@ from rasteriser.vectors import (
 CENTRE, NEXT, OUTER = np.float32(6 / 16), np.float32(4 / 16), np.float32(1 / 16)
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
+@kernel(_nrt=False, error_model="numpy")
 def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half):
     """coarse = every second pixel of fine * k_G inside the box `above`; half is scratch."""
     rows, columns, stride = table[level, ROWS], table[level, COLUMNS], table[level, STRIDE]
@@ -71,7 +71,7 @@ def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half
             store(out, i, select(first_lanes(above[2] - i), value, 0.0))
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", inline="always")
+@kernel(_nrt=False, error_model="numpy", inline="always")
 def smoothed(far_over, over, centre, under, far_under, start):
     """k_G along y, of WIDE pixels from `start` on."""
     near = load_wide(over, start) + load_wide(under, start)
@@ -82,14 +82,14 @@ def smoothed(far_over, over, centre, under, far_under, start):
     )
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy", inline="always")
+@kernel(_nrt=False, error_model="numpy", inline="always")
 def smoothed_pixel(even, odd, index, columns):
     """Of a row that `reduce_level` has smoothed, the pixel of an index beyond the border, reflected."""
     inside = reflected(index, columns)
     return even[inside // 2 + 1] if inside % 2 == 0 else odd[inside // 2 + 1]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
+@kernel(_nrt=False, error_model="numpy")
 def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above, half):
     """fine += adjoint of `reduce_level` applied to coarse, inside `box`; half is scratch of the coarse level's rows,
     each as long as the fine level's."""
@@ -144,7 +144,7 @@ def expand_level(coarse, coarse_base, fine, fine_base, table, level, box, above,
                         out[i] += weight * row[i]
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
+@kernel(_nrt=False, error_model="numpy")
 def subtract_target(levels, base, target, target_base, stride, box, factor):
     """levels = factor · (levels - target) inside a box, unless factor is 0; returns the sums of squares of the
     difference and of the target there, one less the other."""
@@ -163,7 +163,7 @@ def subtract_target(levels, base, target, target_base, stride, box, factor):
     return squares
 
 
-@njit(cache=True, nogil=True, _nrt=False, error_model="numpy")
+@kernel(_nrt=False, error_model="numpy")
 def sum_of_squares(levels, table, level):
     """Of a level; beside it there are zeros."""
     squares = 0.0
@@ -177,7 +177,7 @@ def sum_of_squares(levels, table, level):
     return squares
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def picture_pyramid(picture, table, levels, half):
     """Writes the pyramid of one channel [H, W] into levels; returns Σ_l 4^l |K_l x|²."""
     rows, columns = picture.shape
@@ -196,7 +196,7 @@ def picture_pyramid(picture, table, levels, half):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def pyramid_log_likelihood(table, box, levels, target, target_total, scale, boxes, half):
     """log p of one channel. The first of `levels` holds its drawn picture inside `box` and zeros around it.
 
@@ -221,7 +221,7 @@ def pyramid_log_likelihood(table, box, levels, target, target_total, scale, boxe
     return -0.5 * squares
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def pyramid_gradient(table, boxes, levels, half):
     """Gathers what `pyramid_log_likelihood` left of all levels in the first of them."""
     for level in range(len(table) - 3, -1, -1):

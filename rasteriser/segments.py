@@ -1,5 +1,5 @@
 """The straight stretches of the screen along which what is seen may change: contours, creases, and lines where faces
-interpenetrate; and where they cut one another.
+interpenetrate. `rasteriser.cuts` finds where they cut one another.
 
 A segment is a row of `ends` [S, 4] (x and y of its start, then of its end) and of `codes` [S, 5]: its edge, or CROSSING
 for two faces that interpenetrate; those two faces, or the one or two at the edge; for a crossing, the edges at which it
@@ -7,23 +7,19 @@ starts and ends.
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING
-from rasteriser.grid import grid_over, meet_first_in, sort_into_cells
+from rasteriser.grid import meet_first_in
 
 CROSSING = -1
 # Inverse depths that differ by less than this share of the greatest are the same.
 SAME_DEPTH = 1e-9
 # Crossings shorter than this, in pixels, are rounding.
 SHORTEST = 1e-6
-# Segments that meet within this share of their length from an end do not cut each other there.
-INTERIOR = 1e-9
-# Segments at a smaller angle than this, in radians, do not cut each other.
-PARALLEL = 1e-6
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def is_border(edge, edge_faces, planes, edge_sides, channels, crease):
     """Whether an edge is a contour, its surface on one side of it only, or a crease, where the colour's change per
     pixel jumps by `crease` or more."""
@@ -39,7 +35,7 @@ def is_border(edge, edge_faces, planes, edge_sides, channels, crease):
     return (edge_sides[edge, 0] + edge_sides[edge, 1] != 0) | (bend >= crease * crease)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def border_segments(screen, edges, edge_faces, planes, edge_sides, channels, crease, width, height, ends, codes):
     """Writes the contours and creases that touch the picture; returns how many."""
     count = 0
@@ -55,7 +51,7 @@ def border_segments(screen, edges, edge_faces, planes, edge_sides, channels, cre
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def pierces(screen, faces, planes, f, g, margin):
     """Whether corners of face g lie on both sides of face f's plane."""
     above = below = False
@@ -68,7 +64,7 @@ def pierces(screen, faces, planes, f, g, margin):
     return above & below
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, inline="always")
+@kernel(error_model="numpy", _nrt=False, inline="always")
 def shared_corners(faces, f, g):
     shared = 0
     for corner in range(3):
@@ -77,7 +73,7 @@ def shared_corners(faces, f, g):
     return shared
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def crossing_of(face_edges, lines, planes, sides, f, g):
     """(x0, y0, x1, y1, edge at the start, edge at the end, length) of the line where two faces' planes meet, inside
     both; a length that is not positive means that there is none."""
@@ -108,7 +104,7 @@ def crossing_of(face_edges, lines, planes, sides, f, g):
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def add_crossings(
     screen, faces, face_edges, lines, planes, sides, boxes, grid, spans, starts, items, candidates, ends, codes, count
 ):
@@ -150,76 +146,15 @@ def add_crossings(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def segment_boxes(ends, count, boxes):
-    for s in range(count):
-        boxes[s, 0], boxes[s, 1] = min(ends[s, 0], ends[s, 2]), max(ends[s, 0], ends[s, 2])
-        boxes[s, 2], boxes[s, 3] = min(ends[s, 1], ends[s, 3]), max(ends[s, 1], ends[s, 3])
-
-
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def add_cuts(ends, grid, spans, starts, items, heads, links, places):
-    """Chains up where segments cut one another; the grid holds the segments. Returns how many cuts there are; those for
-    which there is no room are only counted."""
-    heads[:] = NOTHING
-    columns, rows, total = grid[3], grid[4], 0
-    for row in range(rows):
-        for column in range(columns):
-            cell = row * columns + column
-            for k in range(starts[cell], starts[cell + 1]):
-                a = items[k]
-                ax, ay = ends[a, 2] - ends[a, 0], ends[a, 3] - ends[a, 1]
-                for m in range(k + 1, starts[cell + 1]):
-                    b = items[m]
-                    bx, by = ends[b, 2] - ends[b, 0], ends[b, 3] - ends[b, 1]
-                    apart_x, apart_y = ends[b, 0] - ends[a, 0], ends[b, 1] - ends[a, 1]
-                    determinant = ax * by - ay * bx
-                    lengths = (ax * ax + ay * ay) * (bx * bx + by * by)
-                    if not determinant * determinant > PARALLEL * PARALLEL * lengths:
-                        continue
-                    t = (apart_x * by - apart_y * bx) / determinant
-                    u = (apart_x * ay - apart_y * ax) / determinant
-                    if not (-INTERIOR <= t <= 1.0 + INTERIOR and -INTERIOR <= u <= 1.0 + INTERIOR):
-                        continue
-                    if not meet_first_in(spans, a, b, column, row):
-                        continue
-                    for which in range(2):
-                        own, other, place = (a, b, t) if which == 0 else (b, a, u)
-                        if INTERIOR < place < 1.0 - INTERIOR:
-                            if total < len(links):
-                                links[total, 0], links[total, 1], places[total] = other, heads[own], place
-                                heads[own] = total
-                            total += 1
-    return total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def cuts_between(ends, count, box):
-    """(heads, links, places, total): segment s is cut at places[k] (0 at its start, 1 at its end) by the segment
-    links[k, 0], for k = heads[s], then links[k, 1], and so on until NOTHING."""
-    boxes = np.empty((count, 4))
-    segment_boxes(ends, count, boxes)
-    grid = grid_over(box, count)
-    spans, starts, items = sort_into_cells(boxes, count, grid)
-    heads, links, places = np.empty(count, np.int32), np.empty((count + 64, 2), np.int32), np.empty(count + 64)
-    total = add_cuts(ends, grid, spans, starts, items, heads, links, places)
-    if total > len(links):
-        links, places = np.empty((total, 2), np.int32), np.empty(total)
-        add_cuts(ends, grid, spans, starts, items, heads, links, places)
-    return heads, links, places, total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def find_segments(
     screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
     width, height, grid, spans, starts, items,
 ):  # fmt: skip
-    """(ends, codes, count) of all contours, creases and crossings; of contours alone where crease is infinite; of none
-    where it is negative. The grid holds the faces."""
+    """(ends, codes, count) of all contours, creases and crossings; of contours alone where crease is infinite. The grid
+    holds the faces."""
     room = len(edges) + 64
     ends, codes = np.empty((room, 4)), np.empty((room, 5), np.int32)
-    if crease < 0.0:
-        return ends, codes, 0
     borders = border_segments(
         screen, edges, edge_faces, planes, edge_sides, channels, crease, width, height, ends, codes
     )

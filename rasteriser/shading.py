@@ -5,13 +5,13 @@ per plane and turned into gradients of vertices and colours once per face.
 """
 
 import numpy as np
-from numba import njit
 
+from rasteriser.compilation import kernel
 from rasteriser.coverage import is_thin, pixels_between
 from rasteriser.vectors import LANES, as_doubles, as_singles, load, ramp, select, store, total, zeros
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def add_interior(planes, boxes, seen, visible, depths, width, picture):
     """Adds the colour at each covered pixel centre to picture [C, H, W + LANES]."""
     channels, height = picture.shape[0], picture.shape[1]
@@ -30,7 +30,7 @@ def add_interior(planes, boxes, seen, visible, depths, width, picture):
                     store(out, start, load(out, start) + as_singles((x * along + value) * depth))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def interior_gradient(planes, boxes, seen, visible, depths, width, picture_gradient, plane_gradients):
     """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to."""
     channels, height = picture_gradient.shape[0], picture_gradient.shape[1]
@@ -64,7 +64,7 @@ def interior_gradient(planes, boxes, seen, visible, depths, width, picture_gradi
         plane_gradients[f, 0, 2] -= total(to_depth_y)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@kernel(error_model="numpy", _nrt=False)
 def faces_gradient(screen, colours, faces, planes, sides, plane_gradients, screen_gradient, colour_gradient):
     """Adjoint of `coverage.set_up_faces`: from planes to vertices [V, 3] and colours [V, C], which are added to.
 

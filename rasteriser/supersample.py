@@ -11,9 +11,9 @@ of pixel (row j, column i) lies at (i + 0.5, j + 0.5).
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from rasteriser.compilation import kernel
 from rasteriser.projection import bounds, first_sample, project
 
 
@@ -60,7 +60,7 @@ def render(
     return Picture(colour, alpha)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _render(corners, colours, focal_length, width, height, supersampling):
     faces, channels = colours.shape[0], colours.shape[2]
     # A face that crosses the near plane leaves at most two triangles; all others leave one.
@@ -85,7 +85,7 @@ def _render(corners, colours, focal_length, width, height, supersampling):
     return colour, alpha
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _rasterise(screen, planes, triangle, left, top, nearness, owner):
     """Marks the samples of one triangle that are nearer than what the buffers hold."""
     height, width = owner.shape
@@ -117,7 +117,7 @@ def _rasterise(screen, planes, triangle, left, top, nearness, owner):
                 owner[row, column] = triangle
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _resolve(owner, planes, left, top, supersampling, colour, alpha):
     """Averages the samples of each pixel."""
     channels = colour.shape[2]
@@ -160,7 +160,7 @@ def _resolve(owner, planes, left, top, supersampling, colour, alpha):
                     colour[pixel_row, pixel_column, channel] = total[channel] * weight
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _add_colours(planes, triangle, depths_x, depths_y, depths, total):
     for channel in range(total.shape[0]):
         row = channel + 1

@@ -9,14 +9,14 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.error
-import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import httpx
 import numpy as np
 import trimesh
+from command import run
 from PIL import Image
 
 from imaging.srgb import decode_table, encode
@@ -66,15 +66,16 @@ def main() -> int:
         unseen["real"] = out / "real.png"
         picture, _ = draw(load_mesh(mesh_files(arguments.real_meshes)[0]), np.radians(40.0), 0.0, SceneConfig())
         write_png(unseen["real"], Image.fromarray(encode(picture)))
-    with timed("serve", seconds), service(out / "models") as address:
+    with timed("serve", seconds), service(out / "models") as client:
         rows = []
         for name, path in unseen.items():
-            glb, azimuth = reconstruct(address, path)
+            glb, azimuth = reconstruct(client, path)
             target = out / ("reconstruction.glb" if name == "test" else f"reconstruction_{name}.glb")
             write_bytes(target, glb)
             rows.append(comparison(path, target, azimuth))
         for seed in (0, 1):
-            write_bytes(out / f"sample_{seed}.glb", fetch(f"{address}/sample?seed={seed}")[0])
+            sample = client.get("/sample", params={"seed": seed}).raise_for_status()
+            write_bytes(out / f"sample_{seed}.glb", sample.content)
     titles = ["input", "reconstruction", *(f"from {side:+.0f}°" for side in SIDES_DEGREES)]
     write_sheet(out / "comparison.png", rows, titles)
 
@@ -97,16 +98,9 @@ def timed(stage: str, seconds: dict[str, float]) -> Iterator[None]:
     seconds[stage] = time.monotonic() - began
 
 
-def run(module: str, *arguments: object) -> None:
-    """`python -m module …`; its own message has said what is wrong where it fails."""
-    done = subprocess.run([sys.executable, "-m", module, *map(str, arguments)], check=False)
-    if done.returncode:
-        raise SystemExit(done.returncode)
-
-
 @contextmanager
-def service(models: Path) -> Iterator[str]:
-    """A service on a free port, from ready until the block ends."""
+def service(models: Path) -> Iterator[httpx.Client]:
+    """A client of a service on a free port, from ready until the block ends."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -114,35 +108,25 @@ def service(models: Path) -> Iterator[str]:
     process = subprocess.Popen(command)
     try:
         deadline = time.monotonic() + SECONDS_TO_START
-        while True:
-            try:
-                fetch(f"http://127.0.0.1:{port}/readyz")
-                break
-            except (urllib.error.URLError, ConnectionError) as error:
-                if process.poll() is not None or time.monotonic() > deadline:
-                    raise SystemExit(f"the service did not become ready: {error}") from error
-                time.sleep(0.1)
-        yield f"http://127.0.0.1:{port}"
+        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30) as client:
+            while True:
+                try:
+                    client.get("/readyz").raise_for_status()
+                    break
+                except httpx.HTTPError as error:
+                    if process.poll() is not None or time.monotonic() > deadline:
+                        raise SystemExit(f"the service did not become ready: {error}") from error
+                    time.sleep(0.1)
+            yield client
     finally:
         process.terminate()
         process.wait(timeout=30)
 
 
-def fetch(url: str, body: bytes | None = None, content_type: str = "") -> tuple[bytes, dict[str, str]]:
-    request = urllib.request.Request(url, data=body, headers={"Content-Type": content_type} if content_type else {})
-    with urllib.request.urlopen(request, timeout=30) as response:
-        return response.read(), dict(response.headers)
-
-
-def reconstruct(address: str, picture: Path) -> tuple[bytes, float]:
+def reconstruct(client: httpx.Client, picture: Path) -> tuple[bytes, float]:
     """(GLB, azimuth in degrees) of a picture, through POST /reconstruct."""
-    boundary = "picture-follows"
-    head = f'--{boundary}\r\nContent-Disposition: form-data; name="image"; filename="{picture.name}"\r\n'
-    body = (
-        head.encode() + b"Content-Type: image/png\r\n\r\n" + picture.read_bytes() + f"\r\n--{boundary}--\r\n".encode()
-    )
-    glb, headers = fetch(f"{address}/reconstruct", body, f"multipart/form-data; boundary={boundary}")
-    return glb, float({name.lower(): value for name, value in headers.items()}["chiaro-azimuth-degrees"])
+    answer = client.post("/reconstruct", files={"image": picture.read_bytes()}).raise_for_status()
+    return answer.content, float(answer.headers["chiaro-azimuth-degrees"])
 
 
 def comparison(picture: Path, glb: Path, azimuth_degrees: float) -> list[np.ndarray]:
@@ -184,4 +168,8 @@ def summary(out: Path, metrics: dict[str, object]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        print("interrupted; make demo begins anew", file=sys.stderr)
+        sys.exit(130)

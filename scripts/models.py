@@ -12,12 +12,13 @@ command goes on where it was interrupted. Everything goes through the command li
 import argparse
 import json
 import shlex
-import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from command import run
 
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.data.writing import write_bytes
@@ -110,14 +111,14 @@ def main() -> int:
         render(workshop, model)
     threads = ThreadPoolExecutor(arguments.workers)
     try:
-        trainings = [
-            (model, parameterisation, threads.submit(train, workshop, model, parameterisation))
+        trainings = {
+            threads.submit(train, workshop, model, parameterisation): f"{model.name}, {parameterisation}"
             for model in models
             for parameterisation in model.parameterisations
-        ]
-        for model, parameterisation, training in trainings:
+        }
+        for training in as_completed(trainings):
             training.result()
-            print(f"trained  {model.name}, {parameterisation}", flush=True)
+            print(f"trained  {trainings[training]}", flush=True)
     finally:
         # After a failure or Ctrl-C, those that run save and end, and no other begins.
         threads.shutdown(cancel_futures=True)
@@ -218,14 +219,6 @@ def progress(directory: Path) -> dict[str, Any]:
     """A training's last step, and its figures."""
     last: dict[str, Any] = json.loads((directory / "metrics.jsonl").read_text().splitlines()[-1])
     return last
-
-
-def run(module: str, *arguments: object, quiet: bool = False) -> None:
-    """`python -m module …`; its own message has said what is wrong where it fails."""
-    command = [sys.executable, "-m", module, *map(str, arguments)]
-    done = subprocess.run(command, check=False, capture_output=quiet, text=True)
-    if done.returncode:
-        raise SystemExit(f"{shlex.join(command)}\n{done.stderr or ''}")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,9 @@ def create_app(catalogue: Catalogue, settings: Settings) -> FastAPI:
 
     # The description and its page are our own: FastAPI's page would fetch its scripts from another host.
     app = FastAPI(title="chiaro", description=_DESCRIPTION, version="1.0.0", lifespan=lifespan, openapi_url=None)
-    app.add_middleware(BodyLimit, limit=settings.max_upload_bytes, seconds=settings.upload_seconds)
+    # As many as may wait or be worked on can be as large as is allowed.
+    total = (settings.queue + settings.threads) * settings.max_upload_bytes
+    app.add_middleware(BodyLimit, limit=settings.max_upload_bytes, seconds=settings.upload_seconds, total=total)
     app.add_middleware(Measured, metrics=backend.metrics)
     install_error_handlers(app)
 

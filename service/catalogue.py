@@ -1,11 +1,14 @@
 """The bundles that a service offers, by category."""
 
+import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from service.bundle import MANIFEST_FILE, Bundle, read_bundle
 from service.errors import BundleError, CategoryError, NotReadyError
 from service.inference import Engine, load_engine
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -38,8 +41,16 @@ class Catalogue:
             try:
                 self.engines[bundle.manifest.category] = load_engine(bundle)
             except BundleError as error:
-                self.failures[bundle.manifest.category] = str(error)
+                self._fail(bundle, str(error))
+            except Exception as error:
+                # Whatever it is, memory for example: the others are still to be served, and nobody is to wait for it.
+                logger.exception("%s could not be loaded", bundle.path)
+                self._fail(bundle, f"{bundle.path}: expected a model that can be loaded, found {type(error).__name__}")
             self.bundles = self.bundles[1:]
+
+    def _fail(self, bundle: Bundle, sentence: str) -> None:
+        logger.error("%s is not served: %s", bundle.manifest.category, sentence)
+        self.failures[bundle.manifest.category] = sentence
 
     def engine(self, category: str | None) -> Engine:
         """The engine of a category; without a name, that of the only bundle.

@@ -16,7 +16,7 @@ from service.overlay import objects_png
 from service.report import InterpolationReport
 
 SEEDS: Final = 2**32
-LARGEST_NUMBER: Final = 100.0
+LARGEST_NUMBER: Final = 10.0
 """Of a shape code: far more than any picture has."""
 
 
@@ -90,16 +90,22 @@ def decode_shape(engine: Engine, numbers: Sequence[float], azimuth: float = 0.0,
 
 
 def interpolate(
-    engine: Engine, from_seed: int, to_seed: int, t: float, azimuth: float = 0.0, form: Form = "glb"
+    engine: Engine,
+    from_seed: int,
+    to_seed: int,
+    t: float,
+    temperature: float = 1.0,
+    azimuth: float = 0.0,
+    form: Form = "glb",
 ) -> Answer:
-    """The object on the straight way between two samples' shape codes, at `t` from 0 to 1.
+    """The object on the straight way between the shape codes of two samples of a temperature, at `t` from 0 to 1.
 
     Raises:
         InferenceError: the model gave something that is no mesh.
     """
-    start, end = (sample_shape_code(seed, engine.manifest.latent) for seed in (from_seed, to_seed))
+    start, end = (sample_shape_code(seed, engine.manifest.latent, temperature) for seed in (from_seed, to_seed))
     code = ((1 - t) * start + t * end).astype(np.float32)
-    return _made(engine, code, Origin(interpolation=InterpolationReport(from_seed, to_seed, t)), azimuth, form)
+    return _made(engine, code, Origin(None, temperature, InterpolationReport(from_seed, to_seed, t)), azimuth, form)
 
 
 def _made(engine: Engine, code: Array, origin: Origin, azimuth: float, form: Form) -> Answer:

@@ -1,7 +1,9 @@
 """From an uploaded file to the picture that the encoder expects, prepared as the pictures of a training are."""
 
+from collections.abc import Sequence
 from typing import Final
 
+from imaging.decoding import pixels_in
 from imaging.errors import BackgroundError, DamageError, FormatError, PictureError, PixelLimitError
 from imaging.framing import frame_of
 from imaging.preparation import Prepared, prepare
@@ -35,6 +37,19 @@ def read_picture(
         return prepare(content, frame, max_pixels, keep_framed)
     except PictureError as error:
         raise _answered(error) from error
+
+
+def check_pixels(contents: Sequence[bytes], max_pixels: int) -> None:
+    """Raises ImageTooLargeError where pictures have more than `max_pixels` pixels together, before any is decoded; and
+    as `read_picture` does where one is no picture."""
+    try:
+        total = sum(pixels_in(content, max_pixels) for content in contents)
+    except PictureError as error:
+        raise _answered(error) from error
+    if total > max_pixels:
+        raise ImageTooLargeError(
+            f"expected at most {max_pixels} pixels in all pictures together, found {total}; send smaller ones"
+        )
 
 
 def _answered(error: PictureError) -> ImageError:

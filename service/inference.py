@@ -91,8 +91,11 @@ def load_engine(bundle: Bundle) -> Engine:
     encoder = _session(bundle.encoder, f"{bundle.path / ENCODER_FILE}", [ENCODER_INPUT], outputs, shapes)
     decoder = _session(bundle.decoder, f"{bundle.path / DECODER_FILE}", [DECODER_INPUT], DECODER_OUTPUTS, shapes)
     engine = Engine(bundle.manifest, encoder, decoder, np.array(bundle.manifest.faces, np.int64), ())
-    _check_probe(engine, bundle)
-    return replace(engine, latent_activity=_latent_activity(engine))
+    try:
+        _check_probe(engine, bundle)
+        return replace(engine, latent_activity=_latent_activity(engine))
+    except InferenceError as error:
+        raise BundleError(f"{bundle.path}: {error}") from error
 
 
 def encode(engine: Engine, image: Array) -> Posterior:
@@ -196,11 +199,8 @@ def _run(session: Any, outputs: Sequence[str], feed: dict[str, Array]) -> list[A
 def _check_probe(engine: Engine, bundle: Bundle) -> None:
     """The graphs must give on this machine what they gave where they were exported."""
     probe, outputs = bundle.probe, encoder_outputs(bundle.manifest)
-    try:
-        encoded = _run(engine.encoder, outputs, {ENCODER_INPUT: probe[ENCODER_INPUT]})
-        decoded = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: probe[DECODER_INPUT]})
-    except InferenceError as error:
-        raise BundleError(f"{bundle.path}: {error}") from error
+    encoded = _run(engine.encoder, outputs, {ENCODER_INPUT: probe[ENCODER_INPUT]})
+    decoded = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: probe[DECODER_INPUT]})
     found = dict(zip((*outputs, *DECODER_OUTPUTS), (*encoded, *decoded), strict=True))
     for name, result in found.items():
         difference = np.abs(result - probe[name]) if result.shape == probe[name].shape else np.array(math.inf)

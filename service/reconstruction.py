@@ -1,6 +1,6 @@
 """From pictures of one object to an answer: graphs, re-rendering, file. Knows no HTTP, runs in any thread."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from time import perf_counter
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from service.errors import ImageError, StrangeImageError
 from service.explanation import MOST_STRANGE, category_probabilities, out_of_class_score, unexplained
 from service.findings import View, report_reconstruction
 from service.glb import write_glb
-from service.image import read_picture
+from service.image import check_pixels, read_picture
 from service.inference import Array, Engine, Posterior, Surface, decode, encode, pool
 from service.manifest import Camera, Picture
 from service.overlay import enlargement, overlay_png
@@ -47,6 +47,8 @@ def reconstruct(
         ImageError: an upload is no picture that can be read, or none of the models explains it.
         InferenceError: the model gave something that is no mesh.
     """
+    if len(contents) > 1:
+        check_pixels(contents, max_pixels)
     seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", form), 0.0)
     candidates: dict[str, Candidate] = {}
     pictures: dict[tuple[Picture, Camera], tuple[Prepared, ...]] = {}
@@ -59,9 +61,9 @@ def reconstruct(
             seconds["picture"] += perf_counter() - began
         candidates[engine.manifest.category] = _try(engine, pictures[seen], seconds)
     probabilities = category_probabilities({name: candidate.errors for name, candidate in candidates.items()})
-    best = candidates[next(iter(probabilities))]
-    report = _report(best, probabilities if len(engines) > 1 else None, hypotheses)
-    _check_explained(report)
+    told = probabilities if len(engines) > 1 else None
+    reports = ((candidates[name], _report(candidates[name], told, hypotheses)) for name in probabilities)
+    best, report = _first_explained(reports)
     began = perf_counter()
     content = _glb(best, report) if form == "glb" else _png(best, contents[0], max_pixels)
     seconds[form] += perf_counter() - began
@@ -107,15 +109,20 @@ def _report(candidate: Candidate, probabilities: dict[str, float] | None, hypoth
     return report_reconstruction(manifest, views, code, deviation, hypotheses, probabilities)
 
 
-def _check_explained(report: Report) -> None:
-    score = report.out_of_class_score
-    if score is not None and score > MOST_STRANGE:
-        raise StrangeImageError(
-            f"expected a picture that the model of {report.category} can explain, found one that looks unlike what it "
-            f"found in it: an out-of-class score of {score:.1f}, where {MOST_STRANGE:g} is the most; send one "
-            f"{report.category}, whole, before a plain background, in the light that the model knows, or name another "
-            "category"
-        )
+def _first_explained(reports: Iterator[tuple[Candidate, Report]]) -> tuple[Candidate, Report]:
+    """The most probable model's out of those that explain the pictures. Raises StrangeImageError where none does."""
+    category, score = "", 0.0
+    for candidate, report in reports:
+        if report.out_of_class_score is None or report.out_of_class_score <= MOST_STRANGE:
+            return candidate, report
+        if not category:
+            category, score = report.category, report.out_of_class_score
+    raise StrangeImageError(
+        f"expected a picture that the model of {category} can explain, found one that looks unlike what it "
+        f"found in it: an out-of-class score of {score:.1f}, where {MOST_STRANGE:g} is the most; send one "
+        f"{category}, whole, before a plain background, in the light that the model knows, or name another "
+        "category"
+    )
 
 
 def _glb(candidate: Candidate, report: Report) -> bytes:
@@ -134,10 +141,14 @@ def _glb(candidate: Candidate, report: Report) -> bytes:
 def _png(candidate: Candidate, content: bytes, max_pixels: int) -> bytes:
     engine, first = candidate.engine, candidate.posteriors[0]
     scale = enlargement(engine)
+    seen = candidate.pictures[0]
+    picture = seen.picture.repeat(scale, 1).repeat(scale, 2)
     try:
-        picture = _read(engine, content, max_pixels, scale).picture
+        closer = _read(engine, content, max_pixels, scale)
     except ImageError:
         # Looked at more closely, its background may be too restless to be told from the object.
-        picture = candidate.pictures[0].picture.repeat(scale, 1).repeat(scale, 2)
+        closer = seen
+    if closer.method == seen.method and closer is not seen:
+        picture = closer.picture
     light_azimuth = 0.0 if first.light is None else first.light.azimuth
     return overlay_png(engine, candidate.surface, first.azimuth, light_azimuth, picture)

@@ -17,8 +17,8 @@ from service.catalogue import Catalogue, read_catalogue
 from service.settings import Settings
 
 _STOPPING: Final = (signal.SIGINT, signal.SIGTERM)
-# As long as Kubernetes waits before it kills.
-_LEAVING_SECONDS: Final = 30
+# Less than the 30 s after which Kubernetes kills: work is cancelled, and the process ends, before that.
+_LEAVING_SECONDS: Final = 25
 
 
 def serve(listener: socket.socket, catalogue: Catalogue, settings: Settings) -> None:

@@ -12,7 +12,8 @@ from service.errors import SettingsError
 _BOUNDS: Final = {
     "port": (0, 65535),
     "max_upload_bytes": (1024, 2**30),
-    "max_pixels": (64, 10**9),
+    # Pillow's own limit, from which on it warns of what it takes for a bomb.
+    "max_pixels": (64, 89_000_000),
     "upload_seconds": (1, 3600),
     "threads": (1, 256),
     "queue": (0, 65536),
@@ -35,7 +36,7 @@ class Settings(BaseSettings):
     max_upload_bytes: int = 10 * 2**20
     """Largest body of a request, bytes."""
     max_pixels: int = 25_000_000
-    """Largest uploaded picture, pixels."""
+    """Most pixels in the pictures of a request, all together."""
     upload_seconds: float = 60.0
     """How long a request's body may take to arrive."""
     threads: int = os.cpu_count() or 1

@@ -126,7 +126,8 @@ class LossConfig:
     encoder_prior_steps: float = 500.0
     """Time constant with which that power grows from 0, steps: a young encoder knows nothing yet."""
     distillation_weight: float = 80.0
-    """`exact` objective: weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior."""
+    """Weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior (`exact` objective) or the poses
+    that are given."""
     laplacian_weight: float = 20.0
     """Weight of the squared Laplacian of the vertex displacements (0 in the paper: no such term). `subdivision` only:
     blocks have no such displacements, and this no effect."""

@@ -1,5 +1,6 @@
 """Which error is which status."""
 
+import logging
 from http import HTTPStatus
 from typing import Final
 
@@ -25,12 +26,17 @@ CLIENT_CLOSED_REQUEST: Final = 499
 """No status of HTTP's own: nginx's, for requests whose clients went away."""
 
 
+logger = logging.getLogger(__name__)
+
+
 def install_error_handlers(app: FastAPI) -> None:
     """Makes a problem of every error."""
 
     @app.exception_handler(ServiceError)
     async def on_service_error(_: Request, error: ServiceError) -> Response:
         status, kind = _status(error)
+        if status == HTTPStatus.INTERNAL_SERVER_ERROR:
+            logger.error("%s", error)
         headers = {"Retry-After": "1"} if status == HTTPStatus.SERVICE_UNAVAILABLE else None
         return problem_response(status, kind, str(error), headers)
 

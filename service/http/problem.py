@@ -20,6 +20,10 @@ class Problem:
     detail: str
 
 
+RETRY_AFTER: Final = {"Retry-After": "1"}
+"""The header of a refusal that holds for a moment only."""
+
+
 class HttpError(Exception):
     """A request that is refused before any work is done; `kind` names the reason in the problem's type."""
 

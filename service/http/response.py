@@ -12,6 +12,7 @@ from pydantic_core import to_jsonable_python
 
 from service.answer import Answer, Gallery
 from service.http.media import JSON, PNG
+from service.manifest import Manifest
 from service.report import Report
 
 
@@ -31,19 +32,21 @@ def cacheable_answer(answer: Answer, media_type: str, if_none_match: str | None)
 
 def cacheable_gallery(gallery: Gallery, media_type: str, if_none_match: str | None) -> Response:
     """The response with several objects in one file."""
-    headers = {**_identity(gallery.reports[0], media_type), **_timing(gallery.timings_ms)}
+    report = gallery.reports[0]
+    headers = {**_identity(report.category, report.model, media_type), **_timing(gallery.timings_ms)}
     return _cacheable(gallery.content, media_type, headers, if_none_match)
 
 
-def cacheable_list(answers: Sequence[Answer], if_none_match: str | None) -> Response:
-    """The response with several objects as JSON."""
+def list_body(answers: Sequence[Answer]) -> bytes:
+    """Several objects as JSON; some milliseconds of work."""
     report = answers[0].report
-    body = {
-        "category": report.category,
-        "model": report.model,
-        "samples": [_body(answer, None) for answer in answers],
-    }
-    return _cacheable(_json(body), JSON, _identity(report, JSON), if_none_match)
+    samples = [_body(answer, None) for answer in answers]
+    return _json({"category": report.category, "model": report.model, "samples": samples})
+
+
+def cacheable_list(manifest: Manifest, body: bytes, if_none_match: str | None) -> Response:
+    """The response with several objects as JSON, which `list_body` has made."""
+    return _cacheable(body, JSON, _identity(manifest.category, manifest.identity, JSON), if_none_match)
 
 
 def _cacheable(body: bytes, media_type: str, headers: dict[str, str], if_none_match: str | None) -> Response:
@@ -66,7 +69,7 @@ def _json(content: dict[str, Any]) -> bytes:
 
 def _headers(report: Report, media_type: str) -> dict[str, str]:
     headers = {
-        **_identity(report, media_type),
+        **_identity(report.category, report.model, media_type),
         "Chiaro-Azimuth-Degrees": f"{report.azimuth_degrees:.4f}",
         "Chiaro-Lights": _json_text(to_jsonable_python(report.lights)),
         "Chiaro-Ambient": _json_text(report.ambient),
@@ -80,13 +83,13 @@ def _headers(report: Report, media_type: str) -> dict[str, str]:
     return headers
 
 
-def _identity(report: Report, media_type: str) -> dict[str, str]:
+def _identity(category: str, model: str, media_type: str) -> dict[str, str]:
     suffix = "png" if media_type == PNG else "glb"
     return {
         "Vary": "Accept",
-        "Content-Disposition": f'inline; filename="{report.category}.{suffix}"',
-        "Chiaro-Category": report.category,
-        "Chiaro-Model": report.model,
+        "Content-Disposition": f'inline; filename="{category}.{suffix}"',
+        "Chiaro-Category": category,
+        "Chiaro-Model": model,
     }
 
 

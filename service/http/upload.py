@@ -88,7 +88,8 @@ def _text(form: FormData, name: str) -> str:
 def _hypotheses(text: str) -> int:
     if not text:
         return 3
-    if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= MOST_HYPOTHESES):
+    known = text.isascii() and text.isdigit() and len(text) <= len(str(MOST_HYPOTHESES))
+    if not (known and 1 <= int(text) <= MOST_HYPOTHESES):
         raise _invalid(f"expected hypotheses from 1 to {MOST_HYPOTHESES}, found “{text[:40]}”")
     return int(text)
 

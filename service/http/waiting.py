@@ -3,18 +3,16 @@
 from asyncio import Semaphore, create_task
 from collections.abc import Callable
 from http import HTTPStatus
-from typing import Final, TypeVar
+from typing import TypeVar
 
 from anyio import CancelScope, CapacityLimiter, move_on_after, to_thread
 from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
 from service.http.metrics import Metrics
-from service.http.problem import HttpError
+from service.http.problem import RETRY_AFTER, HttpError
 
 Result = TypeVar("Result")
-
-RETRY_AFTER: Final = {"Retry-After": "1"}
 
 
 class WaitingRoom:

@@ -28,8 +28,9 @@ export async function decode(category, shapeCode, side) {
 }
 
 /** The object on the way `t`, 0 to 1, from one seed's to another's, turned by `side` degrees: { report, glb }. */
-export async function interpolate(category, fromSeed, toSeed, t, side) {
-  return answer("v1/interpolate", { category, from_seed: fromSeed, to_seed: toSeed, t, azimuth_degrees: side });
+export async function interpolate(category, fromSeed, toSeed, t, temperature, side) {
+  const seeds = { from_seed: fromSeed, to_seed: toSeed };
+  return answer("v1/interpolate", { category, ...seeds, t, temperature, azimuth_degrees: side });
 }
 
 /** A picture, a PNG in a Blob, of a new object that is turned by `side` degrees. */

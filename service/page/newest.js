@@ -2,9 +2,9 @@
 
 /**
  * Returns run(task): a slider that moves faster than the service answers neither floods it nor shows old answers.
- * Meanwhile the `holder`, if there is one, says that it is busy.
+ * Meanwhile the `holder`, if there is one, says that it is busy. `succeed` is called after each task that did not fail.
  */
-export function createNewest(fail, holder = null) {
+export function createNewest(fail, holder = null, succeed = () => {}) {
   let waiting = null;
   let busy = false;
 
@@ -16,7 +16,7 @@ export function createNewest(fail, holder = null) {
     while (waiting !== null) {
       const next = waiting;
       waiting = null;
-      await next().catch(fail);
+      await next().then(succeed, fail);
     }
     busy = false;
     holder?.removeAttribute("aria-busy");

@@ -21,7 +21,7 @@ const SIDE = 40;
 const find = (id) => document.getElementById(id);
 
 function tell(sentence) {
-  find("problem").hidden = true;
+  calm();
   find("status").textContent = sentence;
 }
 
@@ -35,13 +35,17 @@ function fail(error) {
   find("problem").scrollIntoView({ block: "nearest" });
 }
 
+function calm() {
+  find("problem").hidden = true;
+}
+
 function pick(count) {
   return Math.floor(Math.random() * count);
 }
 
 function startPicture(models, vary) {
   const show = createResult(find("result"), vary);
-  const run = createNewest(fail, find("result"));
+  const run = createNewest(fail, find("result"), calm);
   const category = find("category");
   let latest = [];
 
@@ -82,7 +86,7 @@ function startPicture(models, vary) {
 
 function startInvention(models) {
   const stage = createStage(find("bench-stage"));
-  const run = createNewest(fail, find("bench"));
+  const run = createNewest(fail, find("bench"), calm);
   const [kind, seed, temperature] = [find("kind"), find("seed"), find("temperature")];
   let address = "";
 
@@ -112,7 +116,7 @@ function startInvention(models) {
     run(async () => vary(await sample(kind.value, chosen, temperature.value, SIDE), `Sample ${chosen}`));
   const gallery = createGallery(find("gallery"), choose);
   function refill() {
-    gallery.fill(kind.value, seed.valueAsNumber, temperature.value, SIDE);
+    if (seed.checkValidity()) gallery.fill(kind.value, seed.valueAsNumber, temperature.value, SIDE);
   }
   function redraw() {
     if (!seed.reportValidity()) return;
@@ -133,7 +137,10 @@ function startInvention(models) {
 
   createWay(find("from"), find("to"), find("way"), find("way-value"), (fromSeed, toSeed, t) =>
     run(async () =>
-      vary(await interpolate(kind.value, fromSeed, toSeed, t, SIDE), `Between sample ${fromSeed} and ${toSeed}`),
+      vary(
+        await interpolate(kind.value, fromSeed, toSeed, t, temperature.value, SIDE),
+        `Between sample ${fromSeed} and ${toSeed}`,
+      ),
     ),
   );
   redraw();

@@ -48,7 +48,7 @@ export function createSliders(holder, undo, change) {
 function createSlider(rank) {
   const id = `direction-${rank}`;
   const input = element("input", { id, type: "range", min: -REACH, max: REACH, step: 0.05 });
-  const output = element("output", { for: id });
+  const output = element("output", { for: id, "aria-live": "off" });
   const words = element("span", {}, element("label", { for: id }, `Direction ${rank}`), " ", output);
   return { input, output, field: element("p", { class: "field" }, words, input) };
 }

@@ -20,9 +20,11 @@ export function createStage(holder) {
   let viewer = null;
   let slider = null;
   let latest = null;
+  let begun = false;
 
   const seen = new IntersectionObserver(([entry]) => {
-    if (!entry.isIntersecting) return;
+    if (begun || !entry.isIntersecting) return;
+    begun = true;
     seen.disconnect();
     if (hasWebGL()) import(TURNTABLE).then(turn, standStill);
     else standStill();
@@ -60,7 +62,7 @@ export function createStage(holder) {
       run(() => place(holder, viewer, latest));
     } else {
       showPicture(side);
-      seen.observe(holder);
+      if (!begun) seen.observe(holder);
     }
   };
 }
@@ -110,11 +112,15 @@ async function place(holder, viewer, { report, glb, words }) {
   viewer.setAttribute("field-of-view", `${camera.field_of_view_degrees}deg`);
   viewer.setAttribute("alt", words);
   const address = URL.createObjectURL(new Blob([glb], { type: "model/gltf-binary" }));
+  const listening = new AbortController();
   const loaded = new Promise((resolve, reject) => {
-    viewer.addEventListener("load", resolve, { once: true });
-    viewer.addEventListener("error", reject, { once: true });
+    viewer.addEventListener("load", resolve, { signal: listening.signal });
+    viewer.addEventListener("error", reject, { signal: listening.signal });
   });
   viewer.setAttribute("src", address);
-  await loaded.finally(() => URL.revokeObjectURL(address));
+  await loaded.finally(() => {
+    listening.abort();
+    URL.revokeObjectURL(address);
+  });
   holder.classList.add("turns");
 }

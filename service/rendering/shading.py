@@ -12,15 +12,16 @@ from service.rendering.projection import rotation_about_y
 def shade(
     normals: NDArray[np.float32], azimuth: float, light_azimuth: float, lights: tuple[Light, ...], ambient: Colour
 ) -> NDArray[np.float64]:
-    """Linear RGB [V, 3] of white, matt vertices with unit normals [V, 3]: ambient + Σ colour·|n·l|, both sides alike.
+    """Linear RGB [V, 3] of white, matt vertices with unit normals [V, 3]: ambient + Σ colour·|n·l|, both sides alike,
+    cut off at 1 as pictures are.
 
     The object is turned by `azimuth` radians about +Y, its lights by `light_azimuth`; normals are in the object frame.
     """
     if not lights:
-        return np.tile(np.array(ambient), (len(normals), 1))
+        return np.tile(np.minimum(ambient, 1.0), (len(normals), 1))
     directions = np.array([_direction(light, light_azimuth) for light in lights]) @ rotation_about_y(azimuth)
     colours = np.array([light.colour for light in lights])
-    shaded: NDArray[np.float64] = np.abs(normals @ directions.T) @ colours + ambient
+    shaded: NDArray[np.float64] = np.minimum(np.abs(normals @ directions.T) @ colours + ambient, 1.0)
     return shaded
 
 

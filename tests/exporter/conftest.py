@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Literal
 
 import pytest
 import torch
@@ -12,10 +13,12 @@ from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
 
 
-def small_checkpoint() -> Checkpoint:
+def small_checkpoint(light: Literal["fixed", "varying"] = "fixed") -> Checkpoint:
     torch.manual_seed(3)
     config = TrainConfig(
-        width=64, height=48, model=ModelConfig(latent=5, azimuth_bins=7, encoder_channels=(4, 4, 4, 8, 8, 8))
+        width=64,
+        height=48,
+        model=ModelConfig(latent=5, azimuth_bins=7, light=light, encoder_channels=(4, 4, 4, 8, 8, 8)),
     )
     model = Model(config.model, config.width, config.height).eval()
     with torch.no_grad():

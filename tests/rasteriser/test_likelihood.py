@@ -105,6 +105,26 @@ def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh() -> 
     with pytest.raises(ValueError, match="first in mesh 1"):
         pictures.draw(screen, np.ones((3, 4, 1), np.float32), build_topology(faces), 8, 6)
 
+    with pytest.raises(ValueError, match="first in mesh 1"):
+        pictures.draw_each([(one, np.ones((4, 1), np.float32), build_topology(faces)) for one in screen], 8, 6)
+    with pytest.raises(ValueError, match="first in mesh 2"):
+        pictures.draw(corners[None] * [[[1]], [[1]], [[1e39]]], np.ones((3, 4, 1)), build_topology(faces), 8, 6)
+    target = np.full((1, 1, 6, 8), np.nan, np.float32)
+    with pytest.raises(ValueError, match="expected finite pictures"):
+        likelihood.log_likelihood(corners[None], np.ones((1, 4, 1), np.float32), build_topology(faces), target)
+
+
+def test_shapes_that_do_not_fit_are_refused() -> None:
+    """Kernels look at no bounds."""
+    corners, faces = _square(1, 1, 3, 3)
+    mesh = np.stack([corners] * 2), np.ones((2, 4, 3), np.float32), build_topology(faces)
+    for shape in ((1, 3, 6, 8), (2, 1, 6, 8), (2, 3, 6)):
+        with pytest.raises(ValueError, match=r"expected gradients \[N, C, H, W\] of the pictures"):
+            pictures.draw_gradient(*mesh, np.zeros(shape, np.float32))
+    for scales in (np.ones(3), np.ones((2, 1))):
+        with pytest.raises(ValueError, match="expected a scale for each hypothesis"):
+            likelihood.log_likelihood_gradient(*mesh, np.zeros((1, 3, 6, 8), np.float32), scales)
+
 
 def test_meshes_without_weight_get_no_gradient() -> None:
     scene = random_scene(3)

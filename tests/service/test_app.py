@@ -142,9 +142,12 @@ def test_a_wrong_seed_is_422(client: httpx.Client, seed: str) -> None:
 
 def test_unknown_paths_and_methods(client: httpx.Client) -> None:
     assert problem(client.get("/nothing"), 404, "not-found") == "GET /nothing: Not Found; see /docs for what there is"
-    response = client.delete("/sample")
-    assert "DELETE /sample" in problem(response, 405, "method-not-allowed")
-    assert response.headers["allow"] == "GET"
+    for method, path, allowed in (("DELETE", "/sample", "GET"), ("GET", "/v1/reconstruct", "POST")):
+        response = client.request(method, path)
+        assert f"{method} {path}" in problem(response, 405, "method-not-allowed")
+        assert response.headers["allow"] == allowed
+    problem(client.post("/v1/reconstrct"), 404, "not-found")
+    assert client.head("/").headers["content-type"].startswith("text/html")
 
 
 def on_black(colour: tuple[int, int, int]) -> Image.Image:

@@ -56,8 +56,8 @@ def proxy(replicas: list[tuple[subprocess.Popen[str], str]], tmp_path: Path) -> 
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
     content = COMPOSE["configs"]["proxy"]["content"].replace("$$", "$")
-    servers = "; server ".join(urlsplit(address).netloc for _, address in replicas)
-    for theirs, ours in (("chiaro:8000", servers), ("listen 8080", f"listen 127.0.0.1:{port}")):
+    servers = "\n".join(f"server {urlsplit(address).netloc} max_fails=0;" for _, address in replicas)
+    for theirs, ours in (("server chiaro:8000 max_fails=0;", servers), ("listen 8080", f"listen 127.0.0.1:{port}")):
         assert content.count(theirs) == 1
         content = content.replace(theirs, ours)
     # It would put its workers under another user, who may not write into this folder.

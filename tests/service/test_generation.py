@@ -116,8 +116,8 @@ def test_a_decoded_code_is_the_sample_that_has_it(client: httpx.Client, engine: 
         (",".join("1" * 13), "found 13"),
         ("1,x,3", "expected numbers between commas in a shape code, found: could not convert string to float: 'x'"),
         ("", "expected numbers between commas"),
-        (",".join(["nan"] * 12), "expected numbers from -100 to 100 in a shape code, found others"),
-        (",".join(["1e9"] * 12), "expected numbers from -100 to 100"),
+        (",".join(["nan"] * 12), "expected numbers from -10 to 10 in a shape code, found others"),
+        (",".join(["1e9"] * 12), "expected numbers from -10 to 10"),
     ],
 )
 def test_a_wrong_shape_code_is_422(client: httpx.Client, z: str, sentence: str) -> None:

@@ -13,9 +13,11 @@ import pytest
 from fastapi import FastAPI
 
 import service.catalogue
+import service.inference
 from service.app import create_app
 from service.bundle import Bundle, read_bundle
 from service.catalogue import Catalogue
+from service.errors import InferenceError
 from service.inference import Engine, load_engine
 from service.manifest import Errors, HeldOut
 from service.settings import Settings
@@ -71,6 +73,28 @@ def test_a_bundle_that_fails_its_probe_never_serves(
         assert "vertices: expected the probe's numbers to within 0.001" in response.json()["detail"]
         assert client.get("/sample?category=car").status_code == 503
         assert client.get("/sample?category=chair").status_code == 200
+
+
+@pytest.mark.parametrize("fault", [InferenceError("vertices: expected finite numbers, found others"), MemoryError()])
+def test_a_bundle_that_fails_otherwise_lets_the_others_serve(
+    serving: Serving,
+    bundle: Bundle,
+    second_bundle_directory: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    fault: Exception,
+) -> None:
+    def measure(engine: Engine) -> tuple[float, ...]:
+        if engine.manifest.category == "car":
+            raise fault
+        return (0.0,)
+
+    monkeypatch.setattr(service.inference, "_latent_activity", measure)
+    with serving(create_app(Catalogue((bundle, read_bundle(second_bundle_directory))), Settings())) as client:
+        wait_until(lambda: client.get("/healthz").json()["categories"] == ["chair"])
+        assert "expected" in client.get("/readyz").json()["detail"]
+        assert client.get("/sample?category=chair").status_code == 200
+    assert any("car is not served" in message for message in caplog.messages)
 
 
 def test_of_several_bundles_the_one_that_explains_a_picture_best_answers(

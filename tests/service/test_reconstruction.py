@@ -14,7 +14,7 @@ import service.reconstruction
 from imaging.preparation import Prepared
 from imaging.srgb import decode_table
 from service.bundle import read_bundle
-from service.errors import ImageError, StrangeImageError
+from service.errors import ImageError, ImageTooLargeError, StrangeImageError
 from service.image import read_picture
 from service.inference import Engine, decode, encode, load_engine, pool
 from service.manifest import Errors, HeldOut
@@ -120,6 +120,25 @@ def test_what_no_model_explains_is_refused(engine: Engine, views: list[bytes]) -
     assert report.views is not None
     assert [view.out_of_class_score for view in report.views] == [0, 0, 0]
     assert reconstruct([engine], views, MANY).report.out_of_class_score is None
+
+
+def test_where_the_most_probable_model_explains_nothing_the_next_one_that_does_answers(
+    engine: Engine, other: Engine, views: list[bytes]
+) -> None:
+    (first, second) = reconstruct([engine, other], views, MANY).report.category_probabilities or {}
+    strict, lenient = (HeldOut(pictures=20, framed=Errors(0.0, worst), fitted=None) for worst in (1e-6, 1e6))
+    judged = [
+        replace(one, manifest=replace(one.manifest, held_out=strict if one.manifest.category == first else lenient))
+        for one in (engine, other)
+    ]
+    assert reconstruct(judged, views, MANY).report.category == second
+
+
+def test_the_pixels_of_all_pictures_count(engine: Engine, views: list[bytes]) -> None:
+    one = 128 * 96
+    assert reconstruct([engine], views[:3], 3 * one).report.category == "car"
+    with pytest.raises(ImageTooLargeError, match=f"at most {3 * one - 1} pixels in all .* together, found {3 * one}"):
+        reconstruct([engine], views[:3], 3 * one - 1)
 
 
 def test_the_score_of_several_pictures_is_their_mean(engine: Engine, views: list[bytes]) -> None:

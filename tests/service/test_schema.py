@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from service.app import create_app
 from service.catalogue import Catalogue
+from service.http.description import describe
 from service.settings import Settings
 
 with warnings.catch_warnings():
@@ -31,7 +32,7 @@ CHECKS = [
     response_schema_conformance,
     unsupported_method,
 ]
-DOCUMENT = create_app(Catalogue(()), Settings()).openapi()
+DOCUMENT = describe(create_app(Catalogue(()), Settings()))
 OPERATIONS = {found.ok().label: found.ok() for found in schemathesis.openapi.from_dict(DOCUMENT).get_all_operations()}
 # Where nothing can be sent, nothing can be sent wrongly.
 CASES = [

@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import statistics
 import subprocess
 import sys
 import time
@@ -80,7 +81,7 @@ def test_answers_on_an_open_connection_are_not_held_back(client: httpx.Client) -
         assert client.get("/healthz").status_code == 200
         return time.perf_counter() - started
 
-    assert min(seconds() for _ in range(30)) < 0.03
+    assert statistics.median(seconds() for _ in range(30)) < 0.03
 
 
 def test_a_port_in_use_is_named(bundle_directory: Path) -> None:

@@ -1,15 +1,23 @@
 """Uploads that are broken, wrong or hostile: each gets a status and a sentence, through real HTTP."""
 
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from urllib.parse import urlsplit
 
 import httpx
 import pytest
 from PIL import Image
 
+from service.app import create_app
+from service.bundle import Bundle
+from service.catalogue import Catalogue
+from service.settings import Settings
 from tests.service.asking import post, problem
+from tests.service.conftest import Serving
+from tests.service.test_readiness import wait_until
 
 Encoded = Callable[..., bytes]
 
@@ -56,6 +64,13 @@ def test_a_chunked_picture_within_the_limit_is_read(client: httpx.Client, pictur
     assert client.post("/reconstruct", content=parts(), headers=headers).content == post(client, picture).content
 
 
+def go_on(connection: socket.socket) -> None:
+    """Sends more, for up to twenty seconds."""
+    for _ in range(400):
+        connection.sendall(b"1\r\nx\r\n")
+        time.sleep(0.05)
+
+
 def test_an_endless_body_is_answered_too(server: str) -> None:
     """A client that never stops sending is answered and cut off after some seconds, and nobody else waits for it."""
     address = urlsplit(server)
@@ -70,6 +85,36 @@ def test_an_endless_body_is_answered_too(server: str) -> None:
         assert httpx.get(f"{server}/sample?seed=1").status_code == 200
         assert time.monotonic() - started < 3
         assert connection.recv(1000).startswith(b"HTTP/1.1 413 ")
+        with pytest.raises(OSError, match=r"reset|pipe"):
+            go_on(connection)
+
+
+def test_all_bodies_together_are_limited(bundle: Bundle, serving: Serving, picture: bytes) -> None:
+    """Of two that are being sent at once there is room for one."""
+    limits = Settings(threads=1, queue=0, max_upload_bytes=20_000)
+    headers = {"Content-Type": "multipart/form-data; boundary=x"}
+    arrived, go = threading.Event(), threading.Event()
+
+    def slow() -> Iterator[bytes]:
+        yield b'--x\r\nContent-Disposition: form-data; name="image"; filename="a"\r\n\r\n' + bytes(15_000)
+        arrived.set()
+        assert go.wait(20)
+        yield b"\r\n--x--\r\n"
+
+    with serving(create_app(Catalogue((bundle,)), limits)) as client, ThreadPoolExecutor(1) as other:
+        wait_until(lambda: client.get("/readyz").status_code == 200)
+        first = other.submit(client.post, "/reconstruct", content=slow(), headers=headers)
+        assert arrived.wait(20)
+        try:
+            refused = client.post("/reconstruct", files={"image": picture + bytes(15_000 - len(picture))})
+            assert "20000 bytes in the bodies of all requests" in problem(refused, 429, "too-busy")
+            assert refused.headers["retry-after"] == "1"
+            assert post(client, picture).status_code == 200
+        finally:
+            go.set()
+        problem(first.result(20), 415, "unsupported-image")
+        # What is answered counts no more.
+        assert client.post("/reconstruct", files={"image": bytes(15_000)}).status_code == 415
 
 
 def test_who_asks_before_sending_is_refused_at_once(server: str) -> None:
@@ -151,7 +196,7 @@ def test_wrong_fields_are_named(client: httpx.Client, picture: bytes) -> None:
     assert "expected a file named image" in problem(category, 422, "invalid-form")
 
 
-@pytest.mark.parametrize("hypotheses", ["0", "361", "-1", "two", "1.5", "٣", "9" * 400, " 3"])
+@pytest.mark.parametrize("hypotheses", ["0", "361", "-1", "two", "1.5", "٣", "9" * 400, "00000000199999", " 3"])
 def test_a_wrong_number_of_hypotheses_is_422(client: httpx.Client, picture: bytes, hypotheses: str) -> None:
     detail = problem(post(client, picture, hypotheses=hypotheses), 422, "invalid-form")
     assert f"expected hypotheses from 1 to 360, found “{hypotheses[:40]}”" in detail

@@ -95,7 +95,7 @@ def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
         wait_for(process, lambda: metrics.exists() and len(metrics.read_text().splitlines()) > 3)
         os.killpg(process.pid, signal.SIGINT)
         output, errors = process.communicate(timeout=120)
-    assert (process.returncode, output) == (0, ""), errors
+    assert (process.returncode, output) == (130, ""), errors
     assert re.search(r"stopped; continue with --resume at step \d+", " ".join(errors.split()))
     reached = len(metrics.read_text().splitlines())
     assert 4 <= reached < 100000

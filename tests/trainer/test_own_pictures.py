@@ -9,9 +9,10 @@ from PIL import Image
 
 from tests.imaging.photographs import before, boards, cutout, photographed, plain, transparent
 from trainer.__main__ import main
-from trainer.config import SceneConfig
+from trainer.config import WHITE_AMBIENT, WHITE_RIG, SceneConfig
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
+from trainer.training.checkpoint import load_checkpoint
 
 CARS = [cutout("car", seed, 0.7 * seed, 0.7) for seed in range(6)]
 
@@ -98,3 +99,60 @@ def test_training_does_not_start_where_most_pictures_are_refused(
     assert f"3 of the 5 pictures in {pictures} show an object that cannot be told from its background" in errors
     assert "cut the objects out with a picture editor, or leave the other pictures away" in errors
     assert not (tmp_path / "run").exists()
+
+
+def test_own_pictures_are_lit_and_taken_as_the_user_says_and_a_resume_remembers(
+    tmp_path: Path, settings: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, run = own_pictures(tmp_path / "mine"), tmp_path / "run"
+    told = ("--rig", "white", "--camera.elevation-degrees", "20")
+    assert trained(capsys, pictures, run, settings, *told)[0] == 0
+    scene = load_checkpoint(run).scene
+    assert (scene.lights, scene.ambient) == (WHITE_RIG, WHITE_AMBIENT)
+    assert scene.camera.elevation_degrees == 20
+    for again in ((), told):
+        assert trained(capsys, pictures, run, settings, "--resume", *again)[0] == 0
+    status, errors = trained(capsys, pictures, run, settings, "--resume", "--rig", "colour", *told[2:])
+    assert status == 2
+    assert "another camera or other lights than these" in errors
+
+
+@pytest.mark.parametrize(
+    ("rendered", "options", "sentence"),
+    [
+        (False, ["--rotate-lights"], "Expected --rotate-lights only for views that are drawn, found it beside"),
+        (False, ["--instances", "7"], "Expected --instances only for views that are drawn"),
+        (True, ["--rig", "white"], "Expected --rig only for pictures whose scene is not known, but"),
+        (True, ["--camera.distance", "3"], "Expected --camera only for pictures whose scene is not known, but"),
+    ],
+)
+def test_options_of_drawn_views_are_refused_beside_pictures(
+    tmp_path: Path,
+    settings: Path,
+    capsys: pytest.CaptureFixture[str],
+    rendered: bool,
+    options: list[str],
+    sentence: str,
+) -> None:
+    if rendered:
+        render_folder(tmp_path / "mine", RenderSettings("car"), SceneConfig(32, 24), 3, 1, 1, show_progress=False)
+    else:
+        own_pictures(tmp_path / "mine")
+    status, errors = trained(capsys, tmp_path / "mine", tmp_path / "run", settings, *options)
+    assert status == 2
+    assert sentence in errors
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_row_of_a_table_is_trained_in_its_own_light(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    render_folder(tmp_path / "cars", RenderSettings("car"), SceneConfig(64, 48), 3, 1, 1, show_progress=False)
+    row = ["train", "--preset", "table-3/white/car", "--run", str(tmp_path / "run"), "--optimiser.steps", "1"]
+    assert main([*row, "--images", str(tmp_path / "cars")]) == 2
+    errors = re.sub(r"\s+", " ", capsys.readouterr().err)
+    assert "Expected pictures lit by the rig white, as table-3/white/car has it, found others in" in errors
+    small = ["--optimiser.batch-size", "2", "--instances", "4", "--threads", "1"]
+    assert main([*row, "--class", "car", *small]) == 0
+    assert load_checkpoint(tmp_path / "run").scene.lights == WHITE_RIG
+    varying = ["--preset", "table-4/varying-colour/car", "--run", str(tmp_path / "varying")]
+    assert main([*row[:1], *varying, *row[5:], "--class", "car", *small]) == 0
+    assert load_checkpoint(tmp_path / "varying").run["fresh"]["rotate_lights"]

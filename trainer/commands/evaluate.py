@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self, cast
 
-from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
 from trainer.evaluation.bundle import from_bundle
-from trainer.evaluation.contact import write_sheets
 from trainer.evaluation.pictures import Pictures, from_folder, from_meshes, grouped, validation_from
-from trainer.evaluation.protocol import judge
-from trainer.evaluation.report import as_json, as_markdown, as_text
+from trainer.evaluation.record import judge_and_record
+from trainer.evaluation.report import as_text
 from trainer.evaluation.subject import Subject, from_checkpoint
 from trainer.training.checkpoint import load_checkpoint
 
@@ -54,13 +52,8 @@ class EvaluateCommand:
         subject, beside = self._subject()
         pictures = grouped(self._pictures(subject), self.views_per_instance)
         validation = None if self.validation is None else validation_from(self.validation, subject.scene)
-        judgement = judge(subject, pictures, validation)
-        figures = as_json(judgement.report) | {"category": subject.category} | subject.training
         output = beside / "evaluation" if self.output is None else self.output
-        write_bytes(output / "metrics.json", (json.dumps(figures, indent=2, allow_nan=False) + "\n").encode())
-        report = as_markdown(judgement.report, subject.category, pictures.skipped)
-        write_bytes(output / "report.md", report.encode())
-        write_sheets(output, subject, pictures, judgement)
+        judgement, figures = judge_and_record(subject, pictures, validation, output)
         if self.json:
             print(json.dumps(figures, allow_nan=False))
             return

@@ -14,6 +14,7 @@ from trainer.data.rig import load_rig
 from trainer.data.scene import check_scene
 from trainer.data.shapenet import Split
 from trainer.errors import ConfigError
+from trainer.tables.setting import Setting
 
 Folder = Annotated[str, tyro.conf.arg(metavar="DIR")]
 
@@ -33,9 +34,10 @@ class FreshOptions:
     shape_seed: int = 0
     """Seed of the procedural objects, as --seed of `trainer render`; test on those of another."""
     camera: CameraConfig = field(default_factory=CameraConfig)
-    """Where the camera stands, for views that are drawn."""
+    """Where the camera stands, for views that are drawn and for pictures of your own."""
     rig: str = "colour"
-    """Lights of views that are drawn: colour, white, or a TOML file with `ambient` and [[lights]]."""
+    """Lights of views that are drawn and of pictures of your own: colour, white, or a TOML file with `ambient` and
+    [[lights]]."""
     rotate_lights: bool = False
     """Turn all lights together about the vertical axis, by another angle in each view."""
     supersampling: int = 4
@@ -55,6 +57,19 @@ class FreshOptions:
 
 def _absolute(path: str) -> str:
     return str(Path(path).resolve()) if path else ""
+
+
+def fresh_options(setting: Setting) -> FreshOptions:
+    """The options with a setting's lights."""
+    return FreshOptions(rig=setting.rig, rotate_lights=setting.light == "varying")
+
+
+def drawn_scene(options: FreshOptions, width: int, height: int) -> SceneConfig:
+    """Camera and lights of the options. Raises ConfigError for what cannot be drawn."""
+    rig = load_rig(options.rig)
+    scene = SceneConfig(width, height, options.camera, rig.lights, rig.ambient)
+    check_scene(scene)
+    return scene
 
 
 def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> FreshViews:
@@ -78,9 +93,7 @@ def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> Fre
     meshes = Path(options.meshes) if options.meshes else None
     shapenet = Path(options.shapenet) if options.shapenet else None
     source = object_source(category, meshes, shapenet, options.split if shapenet else "all")
-    rig = load_rig(options.rig)
-    scene = SceneConfig(config.width, config.height, options.camera, rig.lights, rig.ambient)
-    check_scene(scene)
+    scene = drawn_scene(options, config.width, config.height)
     settings = RenderSettings(
         source=source.source,
         seed=options.shape_seed,

@@ -49,7 +49,7 @@ class ReconstructCommand:
             raise ConfigError(f"Expected --output to end in .{', .'.join(FORMATS)}, found {self.output}.")
         checkpoint = load_checkpoint(self.checkpoint)
         model, scene = checkpoint.model, checkpoint.scene
-        pictures = load_image_folder(self.images, scene.width, scene.height)
+        pictures = load_image_folder(self.images, scene.width, scene.height, scene)
         if len(pictures) > MOST_VIEWS:
             raise ConfigError(
                 f"Expected 1 to {MOST_VIEWS} pictures of one object in {self.images}, found {len(pictures)}. Name a "

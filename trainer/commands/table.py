@@ -78,6 +78,8 @@ class TableCommand:
         classes = self.classes or table.classes
         for category in classes:
             check_category(category)
+        if len(set(classes)) < len(classes):
+            raise ConfigError(f"Expected --classes that differ, found {' '.join(classes)}. Name each once.")
         entries = entries_of(table, classes, self.seeds)
         tasks = tasks_of(entries)
         study = self._study(tasks)

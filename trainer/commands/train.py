@@ -1,6 +1,6 @@
 """`python -m trainer train`"""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -8,14 +8,16 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from trainer.commands.fresh import FreshOptions, open_fresh
+from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
-from trainer.config import TrainConfig
+from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
+from trainer.data.rig import load_rig
+from trainer.data.scene import SCENE_FILE
 from trainer.data.source import PictureSource
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
-from trainer.presets import load_preset, preset_names
+from trainer.presets import load_preset, preset_names, preset_setting
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_settings
 from trainer.training.intervals import Intervals
@@ -41,7 +43,8 @@ class TrainCommand:
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = "demo"
-    """Named settings, or a TOML file; every option below overrides it."""
+    """Named settings, or a TOML file; every option below overrides it. With --resume the run's own settings stand in
+    its place."""
     resume: bool = False
     """Go on with the training in the run directory, with its settings; only --optimiser.* may change."""
     threads: int = 0
@@ -65,7 +68,7 @@ class TrainCommand:
             images = Path(before.run["images"]) if "images" in before.run else None
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
             return cls(images, required, before.category, fresh=fresh, config=before.config)
-        return cls(None, required, config=load_preset(preset))
+        return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
         check_settings(self.config)
@@ -77,7 +80,7 @@ class TrainCommand:
         source: ImageSet | PictureSource
         provenance: dict[str, Any]
         if self.images is not None:
-            source = load_image_folder(self.images, self.config.width, self.config.height)
+            source = self._load(self.images)
             provenance = {"images": str(self.images.resolve())}
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
@@ -106,8 +109,46 @@ class TrainCommand:
             last = train(
                 self.config, source, category, self.run_directory, self.intervals, self.resume, report, provenance
             )  # fmt: skip
-        done = "finished" if last.step >= self.config.optimiser.steps else "stopped; continue with --resume"
+        finished = last.step >= self.config.optimiser.steps
+        done = "finished" if finished else "stopped; continue with --resume"
         console.print(f"{done} at step {last.step} after {last.run['seconds']:.0f} s: {self.run_directory}")
+        if not finished:
+            raise KeyboardInterrupt
+
+    def _load(self, folder: Path) -> ImageSet:
+        """The pictures of a folder, in its own scene or, without one, in that of the options.
+
+        Raises ConfigError for options that only drawn views have, and where its scene has other lights than the preset.
+        """
+        usual = FreshOptions() if self.resume else fresh_options(preset_setting(self.preset))
+        has_scene = (folder / SCENE_FILE).exists()
+        for option in fields(FreshOptions):
+            if getattr(self.fresh, option.name) == getattr(usual, option.name):
+                continue
+            name = option.name.replace("_", "-")
+            if option.name not in ("camera", "rig"):
+                raise ConfigError(
+                    f"Expected --{name} only for views that are drawn, found it beside --images: leave it away."
+                )
+            if has_scene:
+                raise ConfigError(
+                    f"Expected --{name} only for pictures whose scene is not known, but {folder} has a {SCENE_FILE}, "
+                    "which tells camera and lights: leave it away."
+                )
+        images = load_image_folder(folder, self.config.width, self.config.height, self._own_scene())
+        rig = load_rig(usual.rig)
+        if usual.rig != FreshOptions().rig and (images.scene.lights, images.scene.ambient) != (rig.lights, rig.ambient):
+            raise ConfigError(
+                f"Expected pictures lit by the rig {usual.rig}, as {self.preset} has it, found others in {folder}: "
+                f"render them with --rig {usual.rig}."
+            )
+        return images
+
+    def _own_scene(self) -> SceneConfig:
+        """Camera and lights of pictures that come without any; of a training that is resumed, its own."""
+        if self.resume and self.fresh == FreshOptions():
+            return load_checkpoint(self.run_directory).scene
+        return drawn_scene(self.fresh, self.config.height, self.config.height)
 
     def _category(self) -> str:
         """Raises ConfigError where no pictures are named, or two kinds of them."""

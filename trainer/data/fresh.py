@@ -52,16 +52,20 @@ class FreshViews:
         return len(self.held_out)
 
     def shown(self) -> Float[Tensor, "N 3 H W"]:
-        names = self.held_out or self.names
-        readable = ((name, found) for name in names if (found := self.store.get(name)) is not None)
+        readable = self._readable(self.held_out) or self._readable(self.names)
+        if not readable:
+            raise self._nothing_readable(self.names)
         pictures = []
-        for name, found in itertools.islice(readable, MOST_SHOWN):
+        for name, found in readable:
             (pose,) = poses(self.settings, name, 1)
             angles = math.radians(pose.azimuth_degrees or 0.0), math.radians(pose.light_azimuth_degrees or 0.0)
             pictures.append(self._picture(found, *angles))
-        if not pictures:
-            raise self._nothing_readable(names)
         return torch.from_numpy(np.stack(pictures))
+
+    def _readable(self, names: tuple[str, ...]) -> list[tuple[str, Ready]]:
+        """The first objects out of these that can be read."""
+        readable = ((name, found) for name in names if (found := self.store.get(name)) is not None)
+        return list(itertools.islice(readable, MOST_SHOWN))
 
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         # Half of the cores: the training has work for the others.

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import torch
 from jaxtyping import Float, Int, Integer, UInt8
-from numba import njit
 from numpy import ndarray
 from torch import Tensor
 
 from imaging.framing import Frame, frame_of
 from imaging.srgb import decode_table
+from rasteriser.compilation import kernel
 from trainer.config import SceneConfig
 from trainer.data.decoding import Decoded, Unusable, decode_picture
 from trainer.data.metadata import METADATA_FILE, Row, read_metadata
@@ -79,14 +79,14 @@ class ImageSet:
         return linear
 
 
-def load_image_folder(folder: Path, width: int, height: int) -> ImageSet:
+def load_image_folder(folder: Path, width: int, height: int, own: SceneConfig | None = None) -> ImageSet:
     """All PNG, JPEG and WebP pictures in a folder and below it, at `width` × `height`, in order of their names.
 
     A folder with a `scene.json` was rendered in that scene's frame: its pictures are scaled to fit by area averaging in
     linear light, and padded evenly with black where their aspect differs; where padding enlarges the height, the
-    scene's field of view is widened to match. The pictures of any other folder are brought into the default scene's
-    frame: the object is told by its transparency, or else by a plain background, and set on black, cropped and scaled
-    to stand where renderings stand (see `imaging.preparation`).
+    scene's field of view is widened to match. The pictures of any other folder are brought into the frame of the scene
+    `own`, by default the default one: the object is told by its transparency, or else by a plain background, and set on
+    black, cropped and scaled to stand where renderings stand (see `imaging.preparation`).
 
     `metadata.csv` is used where present: without it each picture is an object of its own and no azimuth is known.
     Pictures that cannot be read, whose object cannot be told, that metadata.csv does not name, or that it names in
@@ -98,7 +98,7 @@ def load_image_folder(folder: Path, width: int, height: int) -> ImageSet:
     if rows is not None:
         names = _named_in_both(folder, names, rows)
     rendered = read_scene(folder)
-    scene = fitted(rendered or SceneConfig(width=height, height=height), width, height)
+    scene = fitted(rendered or own or SceneConfig(width=height, height=height), width, height)
     frame = frame_of(width, height, scene.camera.distance, scene.camera.field_of_view_degrees)
     kept, decoded, preparation, skipped = _decoded(folder, names, frame, rendered is not None)
 
@@ -193,7 +193,7 @@ def _radians(degrees: list[float | None]) -> Float[ndarray, "N"] | None:
     return np.array([math.remainder(math.radians(value), 2 * math.pi) for value in known])
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _look_up(codes, chosen, table, linear):
     for row in range(len(chosen)):
         source, target = codes[chosen[row]], linear[row]

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 from numpy import ndarray
 
+from rasteriser.compilation import kernel
 from trainer.data.shapes.solid import Mesh
 
 CREASE_DEGREES = 35.0
@@ -32,7 +32,7 @@ def corner_normals(mesh: Mesh, crease_degrees: float = CREASE_DEGREES) -> Float6
     return means
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _face_normals(vertices, faces):
     """The unit normal of each face, and what it counts at each corner; (0, 1, 0) and 0 where it has no area."""
     normals, weights = np.empty((len(faces), 3)), np.zeros((len(faces), 3))
@@ -58,7 +58,7 @@ def _face_normals(vertices, faces):
     return normals, weights
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _corners_by_vertex(faces, ends):
     """The corners (3 · face + corner) of vertex 0, then those of vertex 1 … in order; those of v end at `ends[v]`."""
     ordered, following = np.empty(faces.size, np.int64), ends.copy()
@@ -69,7 +69,7 @@ def _corners_by_vertex(faces, ends):
     return ordered
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _mean_normals(normals, weights, by_vertex, ends, cosine):
     means = np.empty((len(normals), 3, 3))
     # The normals of the faces at one vertex, and what they count there.

@@ -56,12 +56,25 @@ class Job(NamedTuple):
 
 
 def plan_jobs(settings: RenderSettings, instances: int | None, views: int) -> list[Job]:
+    """All that there is to draw.
+
+    Raises ConfigError for settings that mean nothing, DataError where two objects' pictures would have one name.
+    """
     if settings.seed < 0 or settings.supersampling < 1 or views < 1 or (instances is not None and instances < 1):
         raise ConfigError(
             "expected a seed of 0 or more and at least one instance, view and sample, found "
             f"seed {settings.seed}, instances {instances}, views {views}, supersampling {settings.supersampling}"
         )
-    return [Job(name, tuple(poses(settings, name, views))) for name in instance_names(settings, instances)]
+    jobs = [Job(name, tuple(poses(settings, name, views))) for name in instance_names(settings, instances)]
+    claimed: dict[str, str] = {}
+    for job in jobs:
+        other = claimed.setdefault(job.rows[0].file_name, job.instance)
+        if other != job.instance:
+            raise DataError(
+                f"{settings.source}: expected meshes whose pictures get names of their own, found {other} and "
+                f"{job.instance}, both of which make {job.rows[0].file_name}; rename one of them"
+            )
+    return jobs
 
 
 def instance_names(settings: RenderSettings, instances: int | None) -> list[str]:

@@ -11,8 +11,8 @@ from numpy import ndarray
 def encode_png(codes: UInt8[ndarray, "H W 3"]) -> bytes:
     """An 8-bit sRGB picture as a PNG file.
 
-    Rows are stored unfiltered and lightly compressed: flat colours on black come out as small as with the filters that
-    Pillow tries on each row, in less than half the time.
+    Rows are stored unfiltered and lightly compressed: flat colours on black come out about as small as with the
+    filters that Pillow tries on each row, in less than half the time.
     """
     height, width, _ = codes.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # Each begins with its filter: 0, none.

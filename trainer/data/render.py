@@ -104,7 +104,9 @@ def render_folder(
             raise DataError(
                 f"none of the {len(jobs)} meshes in {settings.source} can be read; first: {min(skipped.values())}"
             )
-        write_metadata(out, [row for row in rows.values() if row.instance not in skipped])
+        # What an earlier run has drawn of them stays.
+        there = (row for row in rows.values() if row.instance not in skipped or (out / row.file_name).exists())
+        write_metadata(out, there)
     return RenderReport(written, kept, tuple(skipped[name] for name in sorted(skipped)), time.monotonic() - started)
 
 

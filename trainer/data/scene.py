@@ -41,8 +41,8 @@ def check_scene(scene: SceneConfig) -> None:
         ("width", scene.width, 1, 8192),
         ("height", scene.height, 1, 8192),
         ("camera: elevation_degrees", camera.elevation_degrees, -89.9, 89.9),
-        # Beyond half a diagonal the camera is outside of every object.
-        ("camera: distance", camera.distance, 0.51, 1e4),
+        # Every object then lies beyond the depth from which on the renderers draw things as they are.
+        ("camera: distance", camera.distance, 0.56, 1e4),
         ("camera: field_of_view_degrees", camera.field_of_view_degrees, 0.1, 170.0),
         *((f"ambient[{channel}]", value, 0.0, 1e3) for channel, value in enumerate(scene.ambient)),
     ]

@@ -44,15 +44,15 @@ def from_bundle(directory: Path) -> Subject:
     Raises CheckpointError where a file is missing, altered, or says something else than a bundle of this version.
     """
     manifest = _read_manifest(directory)
-    encode = _graph(directory, ENCODER_FILE, manifest, ["shape_mean", "azimuth"])
+    told = ["shape_mean", "azimuth", *(["light_azimuth"] if manifest.get("light_bin_centres_degrees") else [])]
+    encode = _graph(directory, ENCODER_FILE, manifest, told)
     decode = _graph(directory, DECODER_FILE, manifest, ["vertices"])
 
     def answer(images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
-        shape_mean, azimuths = encode(images)
-        # The model's rule for several views, which the service has no use for.
+        shape_mean, azimuths, *lights = encode(images)
         pooled = shape_mean.unflatten(0, (-1, views)).amax(1).repeat_interleave(views, 0)
         (vertices,) = decode(pooled)
-        return Prediction(vertices, azimuths, None)
+        return Prediction(vertices, azimuths, lights[0] if lights else None)
 
     try:
         scene = _scene(manifest)

@@ -1,10 +1,11 @@
 """Where a triangle crosses the columns of a grid: the ground that both occupancy tests stand on."""
 
 import numpy as np
-from numba import njit
+
+from rasteriser.compilation import kernel
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def crossings(corner, resolution, columns, heights):
     """Finds the columns (x, z) along y that a triangle crosses, and the heights at which it does.
 
@@ -45,7 +46,7 @@ def crossings(corner, resolution, columns, heights):
     return count, 1 if area > 0 else -1
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def first_centre(position, resolution):
     """The first voxel centre at or beyond a position, within [0, resolution]."""
     return int(min(max(np.ceil(position), 0.0), float(resolution)))

@@ -15,9 +15,9 @@ Two rules complete that:
 
 import numpy as np
 from jaxtyping import Bool, Float, Integer, UInt8
-from numba import njit
 from numpy import ndarray
 
+from rasteriser.compilation import kernel
 from trainer.evaluation.columns import crossings, first_centre
 from trainer.evaluation.voxels import FINENESS, RESOLUTION, Solid, blocks, centres, thin_layers
 
@@ -29,13 +29,6 @@ MARGIN = 2
 _SHEET_NEIGHBOURS = 3
 
 _FREE, _FALLEN, _RISEN, _WALL = 0, 1, 2, 3
-
-
-def voxelise_solid(
-    vertices: Float[ndarray, "V 3"], faces: Integer[ndarray, "F 3"], resolution: int = RESOLUTION
-) -> Bool[ndarray, "R R R"]:
-    """The voxels that are full, as `fill` finds them."""
-    return fill(vertices, faces, resolution).full
 
 
 def fill(vertices: Float[ndarray, "V 3"], faces: Integer[ndarray, "F 3"], resolution: int = RESOLUTION) -> Solid:
@@ -86,7 +79,7 @@ def _cast_rays(
     return surface, inside, ~inside & ~outside
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _cast(corners, surface, inside, outside):
     """Marks, in each column along the second axis, the voxels that the triangles cross; of `inside` and `outside`
     remains what the column's rays from below and from above both confirm."""
@@ -114,7 +107,7 @@ def _cast(corners, surface, inside, outside):
                 outside[x, y, z] &= winding[x, y, z] == 0 and left == 0
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _flood(surface):
     """The state of each fine voxel: _FALLEN where the air comes from above or from a side, _RISEN where it only comes
     by rising, _FREE where it does not come, _WALL on the surface and around the grid."""
@@ -142,7 +135,7 @@ def _flood(surface):
     return state
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _spread(flat, stack, count, steps, mark):
     while count:
         count -= 1
@@ -166,7 +159,7 @@ def _sheltered(
     return risen & np.pad(fine, MARGIN)
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _winding_numbers(triangles, points):
     """Generalised winding number: solid angles of all triangles, by Van Oosterom and Strackee's formula."""
     winding = np.zeros(len(points))

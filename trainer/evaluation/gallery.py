@@ -11,8 +11,9 @@ from trainer.config import SceneConfig
 from trainer.geometry.normals import vertex_normals
 from trainer.model.posterior import most_probable_azimuth, most_probable_light
 from trainer.model.vae import Model
-from trainer.rendering import cpu
+from trainer.rendering import renderer
 from trainer.rendering.camera import project
+from trainer.rendering.cpu import topology_of
 from trainer.rendering.lighting import shade, shade_by_light
 
 Picture = Float32[np.ndarray, "H W 3"]
@@ -38,7 +39,8 @@ def render(
         colours = shade(normals, azimuth, scene)
     else:
         colours = shade_by_light(normals, azimuth, light_azimuth[:, None], scene).squeeze(2)
-    return cpu.draw(screen, colours, cpu.topology_of(faces), scene.width, scene.height, math.inf)
+    pictures = renderer.draw(screen, colours, topology_of(faces), scene.width, scene.height, crease=math.inf)
+    return pictures[:, :-1]
 
 
 def reconstruction_rows(
@@ -72,15 +74,13 @@ def comparison_rows(
 
 
 def sample_rows(
-    model: Model, scene: SceneConfig, shape_codes: Float[Tensor, "N Z"], azimuth_offset: float = 0.0
+    model: Model, scene: SceneConfig, shape_codes: Float[Tensor, "N Z"]
 ) -> tuple[list[str], list[list[Picture]]]:
     """(titles, rows): each shape from four sides."""
     vertices = model.decode(shape_codes)
     sides = (-45.0, 45.0, 135.0, -135.0)
     columns = [
-        as_pictures(
-            render(model.faces, scene, vertices, torch.full((len(vertices),), math.radians(side) - azimuth_offset))
-        )
+        as_pictures(render(model.faces, scene, vertices, torch.full((len(vertices),), math.radians(side))))
         for side in sides
     ]
     return [f"from {side:+.0f}°" for side in sides], [list(row) for row in zip(*columns, strict=True)]

@@ -93,7 +93,7 @@ def from_folder(folder: Path, scene: SceneConfig) -> Pictures:
 
     Raises DataError where there is no such folder, or it does not say what its pictures show.
     """
-    images = load_image_folder(folder, scene.width, scene.height)
+    images = _load(folder, scene)
     azimuths, lights = _azimuths(folder, images), images.light_azimuths
     varying = lights is not None and np.ptp(lights) > 0
     truth = _look_at_objects(folder, images, truth_of)
@@ -165,7 +165,7 @@ def validation_from(folder: Path, scene: SceneConfig) -> Validation:
 
     Raises DataError where there is no such folder, or no azimuths are known.
     """
-    images = load_image_folder(folder, scene.width, scene.height)
+    images = _load(folder, scene)
     azimuths = _azimuths(folder, images)
     known = read_settings(folder) is not None
     voxels = np.stack(_look_at_objects(folder, images, lambda _, solid: solid.full)) if known else None
@@ -177,6 +177,18 @@ def truth_of(mesh: Mesh, solid: Solid) -> Truth:
     surface = visible_surface(mesh.vertices, mesh.faces, solid.air)
     dense = visible_surface(mesh.vertices, mesh.faces, solid.air, REFERENCE_POINTS)
     return Truth(solid.full, surface, rotational_order(dense))
+
+
+def _load(folder: Path, scene: SceneConfig) -> ImageSet:
+    """The pictures of a folder for a model that expects `scene`; a warning says where they show another."""
+    images = load_image_folder(folder, scene.width, scene.height, scene)
+    if images.scene != scene:
+        logger.warning(
+            "%s was rendered with another camera or other lights than the model was trained for: the figures tell of "
+            "both",
+            folder,
+        )
+    return images
 
 
 def _azimuths(folder: Path, images: ImageSet) -> Float[ndarray, "N"]:

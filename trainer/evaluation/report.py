@@ -48,7 +48,7 @@ class Report:
     baselines: BaselineFigures | None
     """None where no shapes of validation objects are known."""
     light_error_degrees: Interval | None
-    """Median, 0 to 90; None where the light stands still, or the model knows only one."""
+    """Median, 0 to 180; None where the light stands still, or the model knows only one."""
     picture_error: Interval
     """Mean absolute difference of input and reconstruction, linear RGB 0..1."""
     azimuth_offset_degrees: float | None

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from trainer.data.picture import rotation_about_y
 from trainer.evaluation.surface import Surface
 
 ORDERS = (8, 6, 5, 4, 3, 2)
@@ -44,7 +45,5 @@ def rotational_order(surface: Surface) -> float:
 
 def _share_on_surface(probes: Float[ndarray, "P 3"], tree: cKDTree, turn: float) -> float:
     """The share of points that lie on the surface again after a part of a full turn."""
-    cosine, sine = math.cos(2 * math.pi * turn), math.sin(2 * math.pi * turn)
-    rotation = np.array([(cosine, 0.0, sine), (0.0, 1.0, 0.0), (-sine, 0.0, cosine)])
-    distance, _ = tree.query(probes @ rotation.T, distance_upper_bound=TOLERANCE)
+    distance, _ = tree.query(probes @ rotation_about_y(2 * math.pi * turn).T, distance_upper_bound=TOLERANCE)
     return float(np.isfinite(distance).mean())

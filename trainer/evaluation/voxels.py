@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Integer, UInt8
-from numba import njit
 from numpy import ndarray
 
+from rasteriser.compilation import kernel
 from trainer.evaluation.columns import crossings, first_centre
 
 RESOLUTION = 32
@@ -76,7 +76,7 @@ def _bounds(fine: Bool[ndarray, "M M M"]) -> tuple[Integer[ndarray, "3"], Intege
     return low // FINENESS * FINENESS, -(-high // FINENESS) * FINENESS
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _count_middles(fine, low, counts):
     """Adds up, in each voxel, the middles of the stretches along the last axis that are shorter than a voxel."""
     for x in range(fine.shape[0]):
@@ -109,7 +109,7 @@ def voxelise(
     Right for closed surfaces, consistently oriented part by part, that may overlap and intersect themselves, whichever
     way they look. Exact also for centres in line with vertices and edges: each column meets every fold of a closed
     surface once, and a centre on the surface counts as just above it. For real meshes, which may be open, see
-    `trainer.evaluation.fill.voxelise_solid`.
+    `trainer.evaluation.fill`.
 
     Raises ValueError for coordinates that are not finite.
     """
@@ -121,7 +121,7 @@ def voxelise(
     return full
 
 
-@njit(nogil=True, cache=True)
+@kernel()
 def _winding(corners, resolution):
     """Winding number of each centre, up to its sign: the signs of the faces below it, summed up along its column."""
     winding = np.zeros((resolution, resolution, resolution), np.int32)

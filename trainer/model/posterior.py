@@ -49,7 +49,7 @@ class PosteriorHeads(nn.Module):
 
     def forward(self, features: Float[Tensor, "B features"]) -> Posterior:
         half_bin = math.pi / self.bins
-        # The deviations start at softplus(0.54) ≈ 1 prior deviation for z, and at that share of a bin for θ_fine.
+        # The deviations start near softplus(0.54) ≈ 1 prior deviation for z, and softplus(0) ≈ 0.7 for θ_fine.
         return Posterior(
             self.shape_mean(features),
             functional.softplus(self.shape_deviation(features) + 0.54) + SMALLEST_DEVIATION,

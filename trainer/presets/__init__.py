@@ -7,9 +7,10 @@ from importlib import resources
 from pathlib import Path
 
 from trainer.config import TrainConfig
+from trainer.data.shapes.catalogue import check_category
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping
-from trainer.tables.setting import setting_for, training_config
+from trainer.tables.setting import Setting, setting_for, training_config
 from trainer.tables.table import load_table, table_names
 
 # What the rows of tables start from.
@@ -20,6 +21,16 @@ def preset_names() -> list[str]:
     return sorted(
         file.name.removesuffix(".toml") for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")
     )
+
+
+def preset_setting(name: str) -> Setting:
+    """The setting of a row of a table, by the name of `load_preset`; the usual one for every other preset."""
+    table, _, row = name.partition("/")
+    if not row or table not in table_names():
+        return Setting()
+    setting = load_table(table).row(row.split("/", 1)[0]).setting
+    assert setting is not None
+    return setting
 
 
 def load_preset(name: str) -> TrainConfig:
@@ -52,11 +63,12 @@ def load_preset(name: str) -> TrainConfig:
 
 
 def _row(table: str, name: str, category: str = "") -> TrainConfig:
-    setting = load_table(table).row(name).setting
-    assert setting is not None
+    setting = preset_setting(f"{table}/{name}")
     if setting.parameterisation == "best" and not category:
         raise ConfigError(
             f"The row {table}/{name} takes the best parameterisation of each class. Expected a class behind it, such "
             f"as {table}/{name}/car, found none."
         )
+    if category:
+        check_category(category)
     return training_config(setting_for(setting, category), load_preset(_RECIPE))

@@ -190,7 +190,7 @@ def _cuts(
 def find_pieces(
     fixed: np.ndarray, linear: np.ndarray, corners: np.ndarray, width: int, height: int, crease: float
 ) -> list[Piece]:
-    if crease < 0:
+    if crease < 0 or not len(corners):
         return []
     segments = [
         segment

@@ -118,7 +118,6 @@ def log_likelihood(
     whose incoming gradient is not negligible (below 1e-4 of the largest). Options are those of
     `rasteriser.likelihood.log_likelihood`.
     """
-    _check_finite(screen, colours)
     values: Tensor = _LogLikelihood.apply(screen, colours, pictures, topology, crease, binarise)
     return values
 
@@ -137,7 +136,6 @@ def expected_log_likelihood(
     Each hypothesis is drawn once, for value and gradient together, and those with a weight below one in a thousand not
     at all: of the twelve poses of a picture, one to three matter.
     """
-    _check_finite(screen, colours)
     values: Tensor = _ExpectedLogLikelihood.apply(screen, colours, pictures, weights, topology, crease, binarise)
     return values
 
@@ -151,7 +149,6 @@ def draw(
     crease: float = CREASE,
 ) -> Float[Tensor, "N C H W"]:
     """Antialiased pictures on black, differentiable in `screen` and `colours`."""
-    _check_finite(screen, colours)
     pictures: Tensor = _Draw.apply(screen, colours, topology, width, height, crease)
     return pictures
 
@@ -163,9 +160,3 @@ def _flat(screen: Tensor, colours: Tensor) -> tuple[npt.NDArray[np.float32], npt
 def _hypotheses(colours: Tensor) -> tuple[int, ...]:
     """(B, R) or (B, R, L): the sizes of colours without those of vertices and channels."""
     return (*colours.shape[:2], *colours.shape[3:-1])
-
-
-def _check_finite(screen: Tensor, colours: Tensor) -> None:
-    """Raises FloatingPointError where a model has decoded what cannot be drawn."""
-    if not (torch.isfinite(screen).all() and torch.isfinite(colours).all()):
-        raise FloatingPointError("expected finite vertices and colours, found NaN or infinity")

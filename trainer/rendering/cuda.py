@@ -181,8 +181,3 @@ def _check(screen: Tensor, colours: Tensor, topology: Topology, dimensions: int)
     vertices = screen.shape[-2]
     if len(topology.faces) and not 0 <= topology.faces.min() <= topology.faces.max() < vertices:
         raise ValueError(f"expected faces that name vertices 0 to {vertices - 1}, found {topology.faces.max()}")
-    vertex = dimensions - 2
-    bad = ~(screen.isfinite().flatten(vertex).all(-1) & colours.isfinite().flatten(vertex).all(-1)).flatten()
-    first = int(torch.where(bad, torch.arange(len(bad), device=bad.device), len(bad)).amin()) if len(bad) else 0
-    if first < len(bad):
-        raise FloatingPointError(f"expected finite vertices and colours, found NaN or infinity first in mesh {first}")

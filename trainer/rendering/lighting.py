@@ -21,7 +21,8 @@ def light_directions(scene: SceneConfig, like: Tensor) -> Float[Tensor, "K 3"]:
 def shade(
     normals: Float[Tensor, "*B V 3"], azimuth: Float[Tensor, "*B"], scene: SceneConfig
 ) -> Float[Tensor, "*B V 3"]:
-    """Linear RGB of white Lambertian vertices, lit from both sides: ambient + Σ_k colour_k · |n · l_k|.
+    """Linear RGB of white Lambertian vertices, lit from both sides: ambient + Σ_k colour_k · |n · l_k|, cut off at 1
+    as pictures are.
 
     `normals` are in the object frame; the lights stay with the camera, so it is they that turn by -azimuth here.
     """
@@ -43,4 +44,5 @@ def shade_by_light(
 
 def _reflected(cosines: Float[Tensor, "*N K"], scene: SceneConfig) -> Float[Tensor, "*N 3"]:
     colours = cosines.new_tensor([light.colour for light in scene.lights]).reshape(-1, 3)
-    return cosines @ colours + torch.as_tensor(scene.ambient, dtype=cosines.dtype, device=cosines.device)
+    ambient = torch.as_tensor(scene.ambient, dtype=cosines.dtype, device=cosines.device)
+    return (cosines @ colours + ambient).clamp(max=1.0)

@@ -15,6 +15,7 @@ from torch import Tensor
 from rasteriser.pictures import CREASE
 from rasteriser.topology import Topology
 from trainer.rendering import cpu, reference
+from trainer.rendering.finite import check_finite
 
 Backend = Literal["auto", "reference", "cpu", "cuda"]
 
@@ -34,23 +35,23 @@ def draw(
     `screen` holds x and y in pixels from the top left corner, and the inverse depth; `colours` are linear, and
     interpolated perspective-correctly. The background is black where none is given. Edges inside the surface are
     antialiased where the colour's change per pixel jumps by `crease` or more, and so are lines where faces
-    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which takes a third of the time; if it
+    interpenetrate: 0 is exact; if it is infinite, only contours are antialiased, which is several times as fast; if it
     is `rasteriser.pictures.HARD`, nothing is.
 
     Raises:
         FloatingPointError: vertices or colours that are not finite.
     """
+    check_finite(screen, colours)
     # Coverage is the colour of a mesh that is white all over.
     painted = torch.cat((colours, torch.ones_like(colours[..., :1])), -1)
     match _resolved(backend, screen):
         case "reference":
             faces = torch.as_tensor(topology.faces).long()
-            pictures = torch.stack(
-                [
-                    reference.draw(one, paint, faces, width, height, crease)
-                    for one, paint in zip(screen, painted, strict=True)
-                ]
-            )
+            drawn = [
+                reference.draw(one, paint, faces, width, height, crease)
+                for one, paint in zip(screen, painted, strict=True)
+            ]
+            pictures = torch.stack(drawn) if drawn else screen.new_zeros((0, painted.shape[2], height, width))
         case "cpu":
             pictures = cpu.draw(screen, painted, topology, width, height, crease)
         case "cuda":
@@ -72,13 +73,14 @@ def log_likelihood(
     """log P(x | z, θ) of each picture under each of its R hypotheses (Eqs. 1 to 4, ε = 1, constants left out).
 
     Where `colours` has an axis for L lights, it is log P(x | z, θ, λ) for each of them: what is seen where is found
-    once, and a finite `crease` is one for all lights that are drawn. On black. Where `binarise` is positive, it is the
+    once, and a finite `crease` is one for all lights. On black. Where `binarise` is positive, it is the
     η of the silhouette loss (section 5.3): pixels p of both pictures become p / (p + η) first. The fast backends draw
     again, for the gradient, only hypotheses whose incoming gradient is not negligible (below 1e-4 of the largest).
 
     Raises:
         FloatingPointError: vertices or colours that are not finite.
     """
+    check_finite(screen, colours)
     match _resolved(backend, screen):
         case "reference":
             return _reference_log_likelihood(screen, colours, pictures, topology, crease, binarise)
@@ -101,6 +103,7 @@ def expected_log_likelihood(
 ) -> Float[Tensor, "B"]:
     """Σ_r w_r log P(x | z, r) for weights that are known beforehand and take no gradient; those below one in a thousand
     count as nothing. Everything else is as for `log_likelihood`."""
+    check_finite(screen, colours)
     match _resolved(backend, screen):
         case "reference":
             kept = torch.where(weights < cpu.NEGLIGIBLE_RESPONSIBILITY, 0.0, weights)

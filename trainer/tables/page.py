@@ -76,11 +76,10 @@ def _conditions(study: Study, results: Sequence[Result]) -> str:
     budget = f"{recipe.optimiser.steps} steps each"
     if study.seconds is not None:
         budget = f"{study.seconds / 60:.1f} minutes each"
-    objects = "ShapeNet's" if study.shapenet else "procedural"
     seeds = sorted({result.entry.cell.seed for result in results})
     return (
         f"Recipe `{study.recipe_name}`: {recipe.width} × {recipe.height}, batches of {recipe.optimiser.batch_size}, "
-        f"objective {loss.objective}; {budget}; {study.instances or 'all'} {objects} objects a class, judged on "
+        f"objective {loss.objective}; {budget}; {study.instances or 'all'} {study.objects} objects a class, judged on "
         f"{study.test_instances} others in {study.test_views} pictures each; seeds {', '.join(map(str, seeds)) or '–'}."
     )
 
@@ -182,7 +181,7 @@ def as_json(
         "title": table.title,
         "label": table.label,
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        "machine": {"system": platform.platform(), "processor": platform.processor(), "cores": os.cpu_count()},
+        "machine": {"system": f"{platform.system()} {platform.machine()}", "cores": os.cpu_count()},
         "versions": {"python": platform.python_version(), "torch": torch.__version__},
         "study": _study(study),
         "figures": figures,
@@ -210,7 +209,7 @@ def _study(study: Study) -> dict[str, Any]:
     return {
         "recipe_name": study.recipe_name,
         "recipe": to_mapping(study.recipe),
-        "objects": "procedural" if study.shapenet is None else "ShapeNet",
+        "objects": study.objects,
         "instances": study.instances,
         "test_instances": study.test_instances,
         "test_views": study.test_views,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from trainer.data.metadata import read_metadata
+from trainer.data.plan import read_settings
 from trainer.data.render import render_folder
 from trainer.tables.cells import Task
 from trainer.tables.study import Folder, Study
@@ -21,7 +22,9 @@ def missing_folders(study: Study, tasks: Sequence[Task]) -> list[Folder]:
 
 def _is_complete(folder: Folder) -> bool:
     """All pictures are planned before the first is drawn, so what is planned and there is all that there will be."""
-    planned = read_metadata(folder.path) if folder.path.is_dir() else None
+    if not folder.path.is_dir() or read_settings(folder.path) != folder.settings:
+        return False
+    planned = read_metadata(folder.path)
     return planned is not None and all((folder.path / name).exists() for name in planned)
 
 

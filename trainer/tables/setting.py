@@ -71,8 +71,11 @@ def training_config(setting: Setting, recipe: TrainConfig) -> TrainConfig:
         latent=setting.latent,
     )
     optimiser = recipe.optimiser
+    objects = optimiser.batch_size
+    if optimiser.views_per_instance > 1:
+        objects = 2 * objects // optimiser.views_per_instance
     if setting.views > 1:
-        batch_size = max(2, optimiser.batch_size // 2) * setting.views
-        optimiser = replace(optimiser, views_per_instance=setting.views, batch_size=batch_size)
+        objects = max(2, objects // 2)
+    optimiser = replace(optimiser, views_per_instance=setting.views, batch_size=objects * setting.views)
     loss = replace(recipe.loss, kind=setting.loss, pose_supervision=setting.pose)
     return replace(recipe, model=model, loss=loss, optimiser=optimiser)

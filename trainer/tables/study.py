@@ -1,6 +1,6 @@
 """A study: what all cells of a table have in common, and where each keeps its files.
 
-OUT/pictures/<size>/<class>/<light>/       train-<objects>x<views>, validation-…, test-…
+OUT/pictures/<size>/<source>/<class>/<light>/       train-<objects>x<views>, validation-…, test-…
 OUT/runs/<recipe>/<class>/<setting>/seed-<n>/
     cell.json          what was asked for; another cell is refused here
     trained.json       steps and seconds, once the training is done
@@ -23,6 +23,10 @@ from trainer.training.checkpoint import FILE_NAME
 
 CELL_FILE, TRAINED_FILE = "cell.json", "trained.json"
 
+# A training of so many minutes begins with so many steps, which tell how many more there will be.
+_FIRST_STEPS = 50
+# Nearer to the time that was given than this share of it, a training is done.
+_TOLERANCE = 0.02
 # Shapes and poses of each part; a procedural class has no other split.
 _PARTS: dict[Split, int] = {"train": 0, "validation": 1, "test": 2}
 
@@ -54,6 +58,11 @@ class Study:
     shapenet: Path | None = None
     """ShapeNetCore instead of procedural classes."""
 
+    @property
+    def objects(self) -> str:
+        """Whose objects are shown."""
+        return "procedural" if self.shapenet is None else "ShapeNet"
+
     def config(self, cell: Cell) -> TrainConfig:
         return replace(training_config(cell.setting, self.recipe), seed=cell.seed)
 
@@ -77,7 +86,7 @@ class Study:
     def _folder(self, cell: Cell, part: Split, instances: int | None, views: int) -> Folder:
         width, height, varying = self.recipe.width, self.recipe.height, cell.setting.light == "varying"
         rig = load_rig(cell.setting.rig)
-        parent = self.root / "pictures" / f"{width}x{height}" / cell.category
+        parent = self.root / "pictures" / f"{width}x{height}" / self.objects / cell.category
         return Folder(
             parent / f"{cell.setting.light}-{cell.setting.rig}" / f"{part}-{instances or 'all'}x{views}",
             RenderSettings(
@@ -96,14 +105,34 @@ class Study:
         """What a cell's directory is for: all but how long it is trained."""
         config = to_mapping(self.config(cell))
         del config["optimiser"]["steps"]
-        return {"config": config, "pictures": self.training_pictures(cell).path.name}
+        return {"config": config, "objects": self.objects, "pictures": self.training_pictures(cell).path.name}
 
     def is_begun(self, cell: Cell) -> bool:
         """Whether there is a checkpoint to go on from."""
         return (self.run_directory(cell) / FILE_NAME).exists()
 
     def is_trained(self, cell: Cell) -> bool:
-        return (self.run_directory(cell) / TRAINED_FILE).exists()
+        """As long as is asked for, or longer."""
+        if not (self.run_directory(cell) / TRAINED_FILE).exists():
+            return False
+        trained = self.trained(cell)
+        steps: int = trained["steps"]
+        return self.next_goal(steps, trained["seconds"]) == steps
+
+    def next_goal(self, steps: int, seconds: float) -> int:
+        """The step until which a cell is trained next, from what it has behind it; that step itself at the end.
+
+        A cell that is given time makes a first few steps, and then as many as their pace leaves time for, until hardly
+        any is left.
+        """
+        if self.seconds is None:
+            return max(steps, self.recipe.optimiser.steps)
+        if steps == 0:
+            return _FIRST_STEPS
+        left = self.seconds - seconds
+        if left < _TOLERANCE * self.seconds:
+            return steps
+        return steps + int(left * steps / seconds)
 
     def is_done(self, task: Task) -> bool:
         """Trained, and judged in all the ways that are asked for."""
@@ -112,14 +141,14 @@ class Study:
         )
 
     def trained(self, cell: Cell) -> dict[str, Any]:
-        """Steps and seconds of a training that is done."""
+        """Steps and seconds of a training that came to its end."""
         found: dict[str, Any] = json.loads((self.run_directory(cell) / TRAINED_FILE).read_text())
         return found
 
     def metrics(self, cell: Cell, test_views: int) -> dict[str, Any] | None:
-        """What the judge found, or None where it has not been asked."""
+        """What the judge found, or None where it has not been asked since the training's end."""
         path = self.evaluation(cell, test_views) / "metrics.json"
         if not path.exists():
             return None
         found: dict[str, Any] = json.loads(path.read_text())
-        return found
+        return found if found["step"] == self.trained(cell)["steps"] else None

@@ -6,17 +6,14 @@ from dataclasses import replace
 from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
+from trainer.evaluation.pictures import from_folder, grouped, validation_from
+from trainer.evaluation.record import judge_and_record
+from trainer.evaluation.subject import from_checkpoint
 from trainer.tables.cells import Cell, Task
-from trainer.tables.judging import judge_cell
 from trainer.tables.study import CELL_FILE, TRAINED_FILE, Study
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
-
-# A training of so many minutes begins with so many steps, which tell how many more there will be.
-_FIRST_STEPS = 50
-# Nearer to the time that was given than this share of it, a training is done.
-_TOLERANCE = 0.02
 
 
 def run_task(study: Study, task: Task) -> None:
@@ -33,7 +30,7 @@ def run_task(study: Study, task: Task) -> None:
         _train(study, task.cell)
     for views in task.test_views:
         if study.metrics(task.cell, views) is None:
-            judge_cell(study, task.cell, views)
+            _judge(study, task.cell, views)
 
 
 def check_identity(study: Study, cell: Cell) -> None:
@@ -42,7 +39,7 @@ def check_identity(study: Study, cell: Cell) -> None:
     if path.exists() and json.loads(path.read_text()) != study.identity(cell):
         raise ConfigError(
             f"{path.parent} holds a training of another recipe or on other pictures than these. Call with the same "
-            "--preset and --instances as before, or name another --output."
+            "--preset, --instances and --shapenet as before, or name another --output."
         )
 
 
@@ -55,7 +52,7 @@ def _train(study: Study, cell: Cell) -> None:
     if begun := (directory / FILE_NAME).exists():
         before = load_checkpoint(directory)
         steps, seconds = before.step, before.run["seconds"]
-    while (goal := next_goal(study, steps, seconds)) > steps:
+    while (goal := study.next_goal(steps, seconds)) > steps:
         part = replace(config, optimiser=replace(config.optimiser, steps=goal))
         last = train(
             part, images, cell.category, directory, Intervals(), begun, _to_nobody, {"images": str(folder.resolve())}
@@ -66,20 +63,12 @@ def _train(study: Study, cell: Cell) -> None:
     write_bytes(directory / TRAINED_FILE, _json({"steps": steps, "seconds": seconds}))
 
 
-def next_goal(study: Study, steps: int, seconds: float) -> int:
-    """The step until which a cell is trained next, from what it has behind it; that step itself at the end.
-
-    A cell that is given time makes a first few steps, and then as many as their pace leaves time for, until hardly
-    any is left.
-    """
-    if study.seconds is None:
-        return max(steps, study.recipe.optimiser.steps)
-    if steps == 0:
-        return _FIRST_STEPS
-    left = study.seconds - seconds
-    if left < _TOLERANCE * study.seconds:
-        return steps
-    return steps + int(left * steps / seconds)
+def _judge(study: Study, cell: Cell, test_views: int) -> None:
+    """Writes the evaluation into the cell's directory; `test_views` pictures of an object are taken together."""
+    subject = from_checkpoint(load_checkpoint(study.run_directory(cell)))
+    pictures = grouped(from_folder(study.test_pictures(cell).path, subject.scene), test_views)
+    validation = validation_from(study.validation_pictures(cell).path, subject.scene)
+    judge_and_record(subject, pictures, validation, study.evaluation(cell, test_views))
 
 
 def _to_nobody(step: int, figures: dict[str, float]) -> None:

@@ -116,13 +116,17 @@ def _under(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:
 
 
 def _check_optimiser(tensors: dict[str, Tensor], model: Model) -> None:
-    """Raises ValueError for a tensor that belongs to no parameter, or has another size than it."""
+    """Raises ValueError for a tensor that belongs to no parameter or has another size than it, and for one that is
+    absent."""
     shapes = {name: parameter.shape for name, parameter in model.named_parameters()}
     for key, tensor in tensors.items():
         state, _, name = key.partition(".")
         expected = torch.Size() if state == "step" else shapes.get(name)
         if name not in shapes or state not in ADAM_STATES or tensor.shape != expected:
             raise ValueError(f"optimiser.{key} of size {list(tensor.shape)}")
+        for needed in ADAM_STATES:
+            if f"{needed}.{name}" not in tensors:
+                raise ValueError(f"no optimiser.{needed}.{name}")
 
 
 def optimiser_tensors(optimiser: torch.optim.Adam, model: Model) -> dict[str, Tensor]:

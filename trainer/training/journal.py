@@ -44,7 +44,7 @@ class Journal:
             write_bytes(directory / "config.json", (json.dumps(to_mapping(config), indent=2) + "\n").encode())
             write_bytes(metrics, "".join(kept).encode())
             self._metrics = metrics.open("a")
-            self._board = SummaryWriter(str(directory / "tensorboard"), purge_step=start)
+            self._board = SummaryWriter(str(directory / "tensorboard"), purge_step=start + 1)
         self._began = time.monotonic() - seconds_before
 
     def __enter__(self) -> Self:

@@ -76,7 +76,11 @@ def train(
     optimiser = adam(model, config.optimiser)
     start, seconds_before = 0, 0.0
     if resume:
-        start, seconds_before = _restore(run_directory, config, scene, model, optimiser)
+        before = load_checkpoint(run_directory)
+        _check_same(run_directory, before, config, scene, category, source, provenance)
+        model.load_state_dict(before.model.state_dict())
+        restore_optimiser(optimiser, model, before.optimiser_state)
+        start, seconds_before = before.step, before.run["seconds"]
     elif (run_directory / FILE_NAME).exists():
         raise ConfigError(
             f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
@@ -139,11 +143,16 @@ def train(
     return last
 
 
-def _restore(
-    run_directory: Path, config: TrainConfig, scene: SceneConfig, model: Model, optimiser: torch.optim.Adam
-) -> tuple[int, float]:
-    """Puts the checkpoint's state into model and optimiser; returns its step and the seconds until then."""
-    before = load_checkpoint(run_directory)
+def _check_same(
+    run_directory: Path,
+    before: Checkpoint,
+    config: TrainConfig,
+    scene: SceneConfig,
+    category: str,
+    source: PictureSource,
+    provenance: dict[str, Any],
+) -> None:
+    """Raises ConfigError where a training is to go on with other settings or pictures than it has had."""
     if replace(before.config, optimiser=config.optimiser) != config:
         raise ConfigError(
             f"{run_directory} was trained with other settings than these; only those of the optimiser may change on "
@@ -154,9 +163,19 @@ def _restore(
             f"{run_directory} was trained on pictures of another camera or other lights than these. Name the same "
             "pictures with --images, or train in another directory."
         )
-    model.load_state_dict(before.model.state_dict())
-    restore_optimiser(optimiser, model, before.optimiser_state)
-    return before.step, before.run["seconds"]
+    counts = source.training, source.validation
+    known = before.run.get("pictures", counts[0]), before.run.get("validation_pictures", counts[1])
+    if before.category != category or known != counts or _drawn(before.run) != _drawn(provenance):
+        raise ConfigError(
+            f"{run_directory} was trained on other pictures than these: expected {known[0]} to train on and {known[1]} "
+            f"held out, of class {before.category}, from the same source, found {counts[0]} and {counts[1]} of "
+            f"{category}. Name the same ones, or train in another directory."
+        )
+
+
+def _drawn(provenance: dict[str, Any]) -> dict[str, Any]:
+    """What is drawn; how much memory that takes may change."""
+    return {name: value for name, value in provenance.get("fresh", {}).items() if name != "mesh_memory_mib"}
 
 
 def _of_folder(config: TrainConfig, images: ImageSet) -> FolderPictures:

@@ -13,15 +13,25 @@ from service.generation import consecutive, decode_shape, interpolate, read_shap
 from service.http.backend import Backend
 from service.http.media import JSON, REPRESENTATIONS, form_of
 from service.http.negotiation import negotiate
-from service.http.response import cacheable_answer, cacheable_gallery, cacheable_list
+from service.http.response import cacheable_answer, cacheable_gallery, cacheable_list, list_body
 from service.http.schema import SAMPLE, SHAPE, problems
 
 MOST_SAMPLES = 64
-LONGEST_SHAPE_CODE = 65536
+# Numbers. The head of a request has to hold them, each character as three.
+LONGEST_SHAPE_CODE = 512
 
 Seed = Annotated[int, Query(ge=0, lt=2**32, description="Which object; the same seed gives the same bytes.")]
 Category = Annotated[
     str | None, Query(description="Of which kind; needed where several models are served.", examples=["car"])
+]
+Temperature = Annotated[
+    float,
+    Query(
+        ge=0,
+        le=2,
+        allow_inf_nan=False,
+        description="Standard deviation of the draw: 0 is the mean shape, 1 the prior.",
+    ),
 ]
 Azimuth = Annotated[
     float,
@@ -59,15 +69,7 @@ def generation_routes(backend: Backend) -> APIRouter:
         request: Request,
         seed: Seed = 0,
         category: Category = None,
-        temperature: Annotated[
-            float,
-            Query(
-                ge=0,
-                le=2,
-                allow_inf_nan=False,
-                description="Standard deviation of the draw: 0 is the mean shape, 1 the prior.",
-            ),
-        ] = 1.0,
+        temperature: Temperature = 1.0,
         count: Annotated[
             int, Query(ge=1, le=MOST_SAMPLES, description="How many, of consecutive seeds, side by side in one file.")
         ] = 1,
@@ -83,8 +85,10 @@ def generation_routes(backend: Backend) -> APIRouter:
             return await respond(work, media_type, if_none_match)
         seeds = consecutive(seed, count)
         if media_type == JSON:
-            answers = await backend.work(request, lambda: [sample(engine, one, temperature, azimuth) for one in seeds])
-            return cacheable_list(answers, if_none_match)
+            body = await backend.work(
+                request, lambda: list_body([sample(engine, one, temperature, azimuth) for one in seeds])
+            )
+            return cacheable_list(engine.manifest, body, if_none_match)
         gallery = await backend.work(request, sample_together, engine, seeds, temperature, azimuth, form)
         metrics.observe_stages(gallery.timings_ms)
         return cacheable_gallery(gallery, media_type, if_none_match)
@@ -129,6 +133,7 @@ def generation_routes(backend: Backend) -> APIRouter:
             Query(ge=0, le=1, allow_inf_nan=False, description="How far on the way: 0 is the first, 1 the second."),
         ] = 0.5,
         category: Category = None,
+        temperature: Temperature = 1.0,
         azimuth_degrees: Azimuth = 0.0,
         accept: Accept = None,
         if_none_match: IfNoneMatch = None,
@@ -136,7 +141,8 @@ def generation_routes(backend: Backend) -> APIRouter:
         """Decodes a shape code on the straight way between those of two samples."""
         media_type = negotiate(accept, REPRESENTATIONS)
         engine, azimuth = catalogue.engine(category), math.radians(azimuth_degrees)
-        work = backend.work(request, interpolate, engine, from_seed, to_seed, t, azimuth, form_of(media_type))
+        form = form_of(media_type)
+        work = backend.work(request, interpolate, engine, from_seed, to_seed, t, temperature, azimuth, form)
         return await respond(work, media_type, if_none_match)
 
     return router

@@ -18,7 +18,7 @@ _POLICY: Final = (
 
 
 def page_routes(page: Path = PAGE) -> APIRouter:
-    """The routes of the page; without one, `/` leads to the description. They come last: they match any path."""
+    """A route for each file of the page as it is now; without a page, `/` leads to the description."""
     router = APIRouter(include_in_schema=False)
     if not (page / "index.html").is_file():
 
@@ -27,14 +27,22 @@ def page_routes(page: Path = PAGE) -> APIRouter:
             return RedirectResponse("docs")
 
         return router
-    files = StaticFiles(directory=page, html=True)
+    files = StaticFiles(directory=page)
 
-    @router.get("/{path:path}")
-    async def get_file(path: str, request: Request) -> Response:
-        response = await files.get_response(path or ".", request.scope)
-        response.headers["Cache-Control"] = "no-cache"
-        response.headers["Content-Security-Policy"] = _POLICY
-        response.headers["X-Content-Type-Options"] = "nosniff"
-        return response
+    def add(path: str, name: str) -> None:
+        async def get_file(request: Request) -> Response:
+            response = await files.get_response(name, request.scope)
+            response.headers["Cache-Control"] = "no-cache"
+            response.headers["Content-Security-Policy"] = _POLICY
+            response.headers["X-Content-Type-Options"] = "nosniff"
+            return response
 
+        router.add_api_route(path, get_file, methods=["GET", "HEAD"])
+
+    # No route for any path: it would answer for those that exist with another method only, and hide 404 and 405.
+    for file in sorted(page.rglob("*")):
+        if file.is_file():
+            name = file.relative_to(page).as_posix()
+            add(f"/{name}", name)
+    add("/", "index.html")
     return router

@@ -54,6 +54,12 @@ FILES: dict[str, tuple[bytes, int, str]] = {
         413,
         "image-too-large",
     ),
+    "JPEG of a thousand scans": (
+        b"\xff\xd8\xff\xe0\0\x10JFIF\0\1\1\0\0\1\0\1\0\0"
+        b"\xff\xc2\0\x0b\x08\0\x30\0\x40\1\1\x11\0" + 1000 * b"\xff\xda\0\x08\1\1\0\0\0\0" + b"\xff\xd9",
+        422,
+        "broken-image",
+    ),
     "zip before a picture": (b"PK\x03\x04" + png(64, 48), 415, "unsupported-image"),
     "SVG that reads files": (SVG, 415, "unsupported-image"),
     "PostScript program": (POSTSCRIPT, 415, "unsupported-image"),

@@ -131,6 +131,13 @@ def test_broken_meshes_are_told_once_and_others_drawn_instead(folder: Path, capl
     assert all(batch.pictures.amax((1, 2, 3)).min() > 0.1 for batch in whole)
 
 
+def test_a_training_goes_on_where_no_held_out_mesh_can_be_read(folder: Path) -> None:
+    settings = RenderSettings(str(folder), supersampling=1)
+    (lost,) = views(settings, None, 0.25).held_out
+    (folder / lost).write_text("nothing")
+    assert len(views(settings, None, 0.25).shown()) == 3
+
+
 def test_a_folder_of_broken_meshes_ends_in_a_sentence(folder: Path) -> None:
     for path in folder.iterdir():
         path.write_text("nothing")

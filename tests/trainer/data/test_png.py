@@ -1,4 +1,4 @@
-"""PNG files of renderings: another reader gets every code back, and they are no larger than another writer's."""
+"""PNG files of renderings: another reader gets every code back, and they are hardly larger than another writer's."""
 
 import io
 

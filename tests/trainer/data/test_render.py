@@ -1,7 +1,6 @@
 """A rendered folder: what it holds, that it continues where it stopped, and that it refuses to be mixed."""
 
 import math
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -126,31 +125,6 @@ def test_a_folder_of_other_settings_is_left_alone(
     with pytest.raises(DataError, match=f"{file} holds other settings"):
         render_folder(tmp_path, settings, scene, 3, 2, 1, show_progress=False)
     assert contents(tmp_path) == before
-
-
-def test_meshes_that_cannot_be_read_are_named_and_skipped(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    meshes = tmp_path / "things"
-    (meshes / "more").mkdir(parents=True)
-    (meshes / "good.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    shutil.copy(meshes / "good.obj", meshes / "more" / "good.obj")
-    (meshes / "bad.ply").write_text("nothing")
-    report = render_folder(tmp_path / "out", RenderSettings(str(meshes)), SCENE, None, 2, 1, show_progress=False)
-    assert (report.written, len(report.skipped)) == (4, 1)
-    assert "bad.ply" in report.skipped[0]
-    assert [record.message for record in caplog.records] == [f"skipped: {report.skipped[0]}"]
-    names = [
-        "things/good.obj-00.png",
-        "things/good.obj-01.png",
-        "things/more__good.obj-00.png",
-        "things/more__good.obj-01.png",
-    ]
-    assert sorted(read_metadata(tmp_path / "out") or {}) == names
-    assert sorted(name for name in contents(tmp_path / "out") if name.endswith(".png")) == names
-
-    shutil.rmtree(meshes / "more")
-    (meshes / "good.obj").unlink()
-    with pytest.raises(DataError, match=r"none of the 1 meshes .* can be read"):
-        render_folder(tmp_path / "none", RenderSettings(str(meshes)), SCENE, None, 2, 1, show_progress=False)
 
 
 def test_shapenet_is_rendered_by_its_split_and_what_it_lacks_is_counted(tmp_path: Path) -> None:

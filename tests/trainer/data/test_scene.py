@@ -34,7 +34,7 @@ def test_absent_files_and_keys_mean_defaults(tmp_path: Path) -> None:
         ({"width": "128"}, "width: expected a whole number, found '128'"),
         ({"ambient": [0.0, 0.0]}, "ambient: expected a list of 3 values"),
         ({"width": 0}, "width: expected 1 to 8192, found 0"),
-        ({"camera": {"distance": 0.4}}, "distance: expected 0.51 to"),
+        ({"camera": {"distance": 0.4}}, "distance: expected 0.56 to"),
         ({"camera": {"field_of_view_degrees": 180.0}}, "field_of_view_degrees: expected 0.1 to 170"),
         ({"ambient": [0.0, -1.0, 0.0]}, r"ambient\[1\]: expected 0.0 to"),
         ({"camera": {"elevation_degrees": float("nan")}}, "elevation_degrees: expected"),

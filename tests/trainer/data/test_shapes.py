@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trainer.data.test_solid import assert_closed
+from trainer.data.shapes.car_measures import TRUCK, draw_measures
 from trainer.data.shapes.catalogue import CATEGORIES, make_shape
 from trainer.data.shapes.solid import Mesh, signed_volume
 from trainer.errors import ConfigError
@@ -18,7 +19,7 @@ DEPTH = np.arange(32) - 15.5
 # The paper's figures (its table of all classes) less a margin of 0.10: what a class's own mean shape must not exceed,
 # or the class proves nothing.
 MOST_MEAN_SHAPE_IOU = {
-    "airplane": 0.45, "bathtub": 0.44, "bench": 0.25, "car": 0.67, "chair": 0.36, "jar": 0.39, "lamp": 0.30,
+    "airplane": 0.45, "bathtub": 0.44, "bench": 0.25, "car": 0.67, "chair": 0.29, "jar": 0.39, "lamp": 0.30,
     "loudspeaker": 0.31, "pot": 0.39, "rifle": 0.44, "sofa": 0.49, "table": 0.34, "vessel": 0.38,
 }  # fmt: skip
 
@@ -140,3 +141,11 @@ def test_an_unknown_class_is_refused_with_the_nearest() -> None:
         make_shape("chiar", 0)
     with pytest.raises(ConfigError, match="expected a shape seed of 0 or more, found -1"):
         make_shape("car", -1)
+
+
+def test_a_truck_s_load_leaves_room_for_its_cab() -> None:
+    """From bumper to bumper every station lies behind the one before, however long the load is."""
+    for seed in range(300):
+        draw = draw_measures(np.random.default_rng(seed), TRUCK)
+        windscreen, cab = draw.hood + draw.windscreen, draw.frame.length - draw.deck
+        assert 0 < draw.hood < windscreen < cab - draw.rear_window < cab < draw.frame.length

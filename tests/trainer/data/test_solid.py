@@ -62,7 +62,7 @@ def test_bent_tubes_and_cushions_are_closed() -> None:
         assert signed_volume(mesh) > 0
 
 
-def test_a_bar_around_a_right_angle_keeps_its_thickness() -> None:
+def test_a_bar_around_a_right_angle_does_not_twist() -> None:
     bar = tube([(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 1.0, 1.0)], 0.1, square=True)
     assert np.ptp(bar.vertices[:, 0]) == pytest.approx(0.2)
 

@@ -10,7 +10,7 @@ from tests.trainer.evaluation.test_voxels import sphere, torus
 from trainer.data.meshes import load_mesh
 from trainer.data.shapes.catalogue import make_shape
 from trainer.data.shapes.solid import Mesh, box, joined, moved, turned
-from trainer.evaluation.fill import fill, voxelise_solid
+from trainer.evaluation.fill import fill
 from trainer.evaluation.metrics import iou
 from trainer.evaluation.voxels import occupy, voxelise
 
@@ -38,26 +38,26 @@ def without(mesh: Mesh, axis: int, side: int) -> Mesh:
     ids=["sound", "inward", "mixed orientation", "doubled", "rubbish inside", "faces apart", "no underside"],
 )
 def test_a_box_is_found_however_it_is_damaged(mesh: Mesh) -> None:
-    np.testing.assert_array_equal(voxelise_solid(*mesh), voxelise(*BOX))
+    np.testing.assert_array_equal(fill(*mesh).full, voxelise(*BOX))
 
 
 def test_a_sphere_neither_grows_nor_shrinks() -> None:
     ball = sphere(0.4)
-    grid = voxelise_solid(*ball)
+    grid = fill(*ball).full
     assert grid.sum() / 32**3 == pytest.approx(4 / 3 * np.pi * 0.4**3, rel=0.006)
     assert iou(grid, voxelise(*ball)) > 0.99
 
 
 def test_a_torus_keeps_its_hole() -> None:
     ring, distance = torus(0.3, 0.125)
-    grid = voxelise_solid(*ring)
+    grid = fill(*ring).full
     assert grid[distance < 0.125 * 0.999].all()
     assert not grid[distance >= 0.125].any()
 
 
 @pytest.mark.parametrize("axis", [0, 2, 1])
 def test_a_shell_that_opens_sideways_or_upwards_is_hollow_and_one_voxel_thick(axis: int) -> None:
-    grid = voxelise_solid(*without(BOX, axis, 1))
+    grid = fill(*without(BOX, axis, 1)).full
     sizes = [16, 24, 8]
     walls = [sizes[other] * sizes[axis] for other in range(3) if other != axis for _ in range(2)]
     bottom = int(np.prod(sizes) / sizes[axis])
@@ -71,7 +71,7 @@ def test_a_vessel_of_two_walls_is_hollow_and_its_wall_is_solid() -> None:
     rim_y = 0.25
     inner = Mesh(np.minimum(inner.vertices, (9.0, rim_y, 9.0)), inner.faces[:, ::-1])
     open_outer, open_inner = without(outer, 1, 1), without(inner, 1, 1)
-    grid = voxelise_solid(*joined(open_outer, open_inner, _rim(0.25, 0.1875, rim_y)))
+    grid = fill(*joined(open_outer, open_inner, _rim(0.25, 0.1875, rim_y))).full
     expected = 16 * 16 * 16 - 12 * 12 * 14
     assert grid.sum() == expected
     assert not grid[16, 16, 16]
@@ -91,7 +91,7 @@ def test_space_under_a_closed_surface_is_not_filled() -> None:
     top = box((0.75, 0.0625, 0.75), (0.0, 0.25, 0.0))
     sides = [turned(box((0.75, 0.25, 0.0625), (0.0, 0.125, 0.34375)), 1, turn * np.pi / 2) for turn in range(4)]
     table = joined(top, *sides)
-    grid = voxelise_solid(*table)
+    grid = fill(*table).full
     assert not grid[16, 18, 16]
     assert iou(grid, voxelise(*table)) > 0.98
 
@@ -101,7 +101,7 @@ def test_a_single_sheet_becomes_one_layer() -> None:
         np.array([(-0.25, 0.01, -0.25), (0.25, 0.01, -0.25), (0.25, 0.01, 0.25), (-0.25, 0.01, 0.25)]),
         np.array([(0, 1, 2), (0, 2, 3)]),
     )
-    grid = voxelise_solid(*sheet)
+    grid = fill(*sheet).full
     assert grid.sum() == 16 * 16
     assert grid.any((0, 2)).sum() == 1
 
@@ -115,7 +115,7 @@ def test_a_shell_of_any_thinness_is_one_layer(thickness: float, tilt_degrees: fl
     for _ in range(8):
         plate = moved(box((0.6, max(thickness, 1e-12), 0.5)), rng.uniform(-0.02, 0.02, 3))
         plate = turned(turned(plate, 0, np.radians(tilt_degrees)), 1, rng.uniform(0, 1.5))
-        counts.append(voxelise_solid(*plate).sum())
+        counts.append(fill(*plate).full.sum())
     assert np.mean(counts) == pytest.approx(0.6 * 0.5 * 32**2, rel=0.25)
 
 
@@ -124,29 +124,29 @@ def test_a_hollow_that_nobody_can_see_is_solid() -> None:
     outer, inner = sphere(0.4), sphere(0.25)
     expected = voxelise(*outer)
     for lining in (Mesh(inner.vertices, inner.faces[:, ::-1]), inner, Mesh(inner.vertices, inner.faces[::2])):
-        assert iou(voxelise_solid(*joined(outer, lining)), expected) > 0.995
+        assert iou(fill(*joined(outer, lining)).full, expected) > 0.995
 
 
 def test_parts_that_overlap_are_one_whichever_way_they_look() -> None:
     first, second = box((0.5, 0.3, 0.3), (-0.1, 0.0, 0.0)), box((0.5, 0.2, 0.4), (0.1, 0.05, 0.0))
     expected = voxelise(*first) | voxelise(*second)
     backwards = Mesh(second.vertices, second.faces[:, ::-1])
-    assert iou(voxelise_solid(*joined(first, second)), expected) == 1
-    assert iou(voxelise_solid(*joined(first, backwards)), expected) > 0.98
+    assert iou(fill(*joined(first, second)).full, expected) == 1
+    assert iou(fill(*joined(first, backwards)).full, expected) > 0.98
 
 
 def test_a_small_hole_lets_in_no_more_than_the_rays_that_pass_through_it() -> None:
     faces = trimesh.creation.icosphere(4, 0.4).faces
     ball = sphere(0.4, subdivisions=4)
     holed = Mesh(ball.vertices, np.delete(faces, np.arange(40, 44), axis=0))
-    assert iou(voxelise_solid(*holed), voxelise(*ball)) > 0.95
+    assert iou(fill(*holed).full, voxelise(*ball)) > 0.95
 
 
 @pytest.mark.parametrize("category", ["car", "chair"])
 def test_sound_shapes_are_what_the_rule_for_closed_meshes_says(category: str) -> None:
     """So that a perfect reconstruction of a sound mesh from a file has an IoU of 1."""
     shapes = [make_shape(category, seed) for seed in range(12)]
-    overlaps = [iou(voxelise_solid(*mesh), occupy(*mesh).full) for mesh in shapes]
+    overlaps = [iou(fill(*mesh).full, occupy(*mesh).full) for mesh in shapes]
     assert np.median(overlaps) == 1
     assert np.mean(overlaps) > 0.99
 
@@ -191,7 +191,7 @@ OFF = (0.0031, 0.0043, 0.0057)
 )
 def test_solids_are_what_binvox_would_fill(mesh: Mesh) -> None:
     """But for the tip of a corner, which is thin."""
-    ours, theirs = voxelise_solid(*mesh), binvox(mesh)
+    ours, theirs = fill(*mesh).full, binvox(mesh)
     assert theirs.sum() > 1000
     assert not (theirs & ~ours).any()
     assert (ours & ~theirs).sum() <= 2
@@ -203,7 +203,7 @@ def test_half_open_boxes_differ_from_binvox_by_their_walls_alone(axis: int, side
     missing is taken for one that nobody drew: binvox looks in from below, and finds it hollow."""
     mesh = moved(without(BOX, axis, side), OFF)
     walls = voxelise(*moved(box((0.5625, 0.8125, 0.3125)), OFF)) & ~voxelise(*moved(box((0.4375, 0.6875, 0.1875)), OFF))
-    ours, theirs = voxelise_solid(*mesh), binvox(mesh)
+    ours, theirs = fill(*mesh).full, binvox(mesh)
     if (axis, side) == (1, -1):
         np.testing.assert_array_equal(ours, voxelise(*moved(BOX, OFF)))
         assert not theirs.any()
@@ -221,7 +221,7 @@ def test_air_is_what_is_outside() -> None:
 
 def test_numbers_that_are_not_finite_are_refused() -> None:
     with pytest.raises(ValueError, match="expected finite vertices"):
-        voxelise_solid(BOX.vertices + np.inf, BOX.faces)
+        fill(BOX.vertices + np.inf, BOX.faces)
 
 
 @pytest.mark.skipif(not REAL_MESHES.is_dir(), reason="no ../shared/meshes beside the project")
@@ -235,5 +235,5 @@ def test_numbers_that_are_not_finite_are_refused() -> None:
 )
 def test_real_objects_fill_a_plausible_share_of_their_box(name: str, least: float, most: float) -> None:
     mesh = load_mesh(REAL_MESHES / name)
-    share = voxelise_solid(*mesh).sum() / 32**3 / np.ptp(mesh.vertices, axis=0).prod()
+    share = fill(*mesh).full.sum() / 32**3 / np.ptp(mesh.vertices, axis=0).prod()
     assert least < share < most

@@ -19,7 +19,7 @@ from trainer.data.render import render_folder
 from trainer.data.shapes.catalogue import make_shape
 from trainer.data.shapes.solid import Mesh
 from trainer.errors import DataError
-from trainer.evaluation.fill import voxelise_solid
+from trainer.evaluation.fill import fill
 from trainer.evaluation.pictures import Pictures, Validation, from_folder, from_meshes, linear_batches, validation_from
 
 
@@ -48,7 +48,7 @@ def _drawn(mesh: Mesh, azimuth: float) -> np.ndarray:
 
 def test_the_truth_is_that_of_the_shapes(tested: Pictures, shapes: list[Mesh]) -> None:
     for truth, shape in zip(tested.truth, shapes, strict=True):
-        np.testing.assert_array_equal(truth.voxels, voxelise_solid(*shape))
+        np.testing.assert_array_equal(truth.voxels, fill(*shape).full)
 
 
 def test_procedural_truth_is_the_shape_that_the_seed_names(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_procedural_truth_is_the_shape_that_the_seed_names(tmp_path: Path) -> No
     pictures, validation = from_folder(tmp_path, SCENE), validation_from(tmp_path, SCENE)
     assert validation.voxels is not None
     for index in range(2):
-        expected = voxelise_solid(*make_shape("car", 4_000_000 + index))
+        expected = fill(*make_shape("car", 4_000_000 + index)).full
         np.testing.assert_array_equal(pictures.truth[index].voxels, expected)
         np.testing.assert_array_equal(validation.voxels[index], expected)
     np.testing.assert_array_equal(pictures.objects, [0, 0, 1, 1])

@@ -168,17 +168,6 @@ def test_meshes_without_faces_and_no_meshes_at_all_are_black() -> None:
     assert cuda.draw(nobody, nobody, build_topology(np.array([[0, 1, 2]])), 5, 4).shape == (0, 3, 4, 5)
 
 
-def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh() -> None:
-    scene, screen, colours, pictures = _hypotheses(10)
-    screen[1, 1, 0, 0] = torch.nan
-    with pytest.raises(FloatingPointError, match="first in mesh 4"):
-        cuda.log_likelihood(screen, colours, pictures, scene.topology)
-    dark = colours.clone()
-    dark[0, 2, 1, 1] = torch.inf
-    with pytest.raises(FloatingPointError, match="first in mesh 2"):
-        cuda.draw(screen[0], dark[0], scene.topology, *scene.size)
-
-
 def test_faces_and_shapes_that_do_not_fit_are_refused() -> None:
     scene, screen, colours, _ = _hypotheses(10)
     with pytest.raises(ValueError, match="expected faces that name vertices 0 to 5, found 7"):

@@ -54,7 +54,7 @@ def _with_gradients(
 
 
 @pytest.mark.parametrize("backend", DEVICES)
-@pytest.mark.parametrize(("crease", "binarise"), [(0.0, 0.0), (math.inf, 0.0), (0.0, 0.1)])
+@pytest.mark.parametrize(("crease", "binarise"), [(0.0, 0.0), (math.inf, 0.0), (0.0, 0.1), (0.3, 0.0)])
 def test_several_lights_at_once_are_those_of_the_reference(
     crease: float, binarise: float, backend: renderer.Backend
 ) -> None:

@@ -11,6 +11,7 @@ from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import random_scene
 from trainer.rendering import reference, renderer
 
+BACKENDS: tuple[renderer.Backend, ...] = ("reference", "cpu")
 SQUARE = torch.tensor([[[1.25, 2.5, 0.5], [5.75, 2.5, 0.5], [5.75, 4.125, 0.5], [1.25, 4.125, 0.5]]])
 FACES = build_topology(np.array([[0, 1, 2], [0, 2, 3]]))
 
@@ -87,3 +88,39 @@ def test_the_silhouette_loss_is_the_paper_s_formula() -> None:
     picture, target = torch.rand(2, 3, 5, 7, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
     expected = reference.log_likelihood(picture / (picture + 0.1), target / (target + 0.1))
     assert reference.log_likelihood(picture, target, binarise=0.1).item() == pytest.approx(expected.item())
+
+
+def test_a_pixel_that_antialiasing_makes_negative_has_no_slope_in_the_silhouette_loss() -> None:
+    """A contour takes away what lies on its near side, be the pixel's own colour another one: that may be too much."""
+    screen = torch.tensor([[2.0, 0.5, 0.5], [2.45, 0.5, 0.5], [2.45, 5.5, 0.5], [2.0, 5.5, 0.5], [3.5, 3.0, 0.5]])
+    faces = build_topology(np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2]]))
+    colours = torch.tensor([[1.0] * 3, [1.0] * 3, [1.0] * 3, [1.0] * 3, [0.0] * 3]).requires_grad_()
+    target = torch.rand(1, 3, 6, 8, generator=torch.Generator().manual_seed(0))
+    gradients = {}
+    for backend in BACKENDS:
+        number = torch.float64 if backend == "reference" else torch.float32
+        paint = colours.detach().to(number).requires_grad_()
+        value = renderer.log_likelihood(
+            screen[None, None].to(number), paint[None, None], target.to(number), faces, math.inf, 0.05, backend
+        )
+        (gradients[backend],) = torch.autograd.grad(value.sum(), paint)
+    np.testing.assert_allclose(gradients["cpu"], gradients["reference"], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_is_not_finite_is_refused_by_the_number_of_the_first_bad_mesh(backend: renderer.Backend) -> None:
+    screen = SQUARE.expand(2, 3, -1, -1).clone()
+    colours, pictures = torch.ones(2, 3, 4, 3), torch.zeros(2, 3, 6, 8)
+    screen[1, 1, 0, 0] = math.nan
+    with pytest.raises(FloatingPointError, match="first in mesh 4"):
+        renderer.log_likelihood(screen, colours, pictures, FACES, backend=backend)
+    colours[0, 2, 1, 1] = math.inf
+    with pytest.raises(FloatingPointError, match="first in mesh 2"):
+        renderer.draw(screen[0], colours[0], FACES, 8, 6, backend=backend)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_no_faces_and_no_meshes_are_black(backend: renderer.Backend) -> None:
+    nothing = build_topology(np.zeros((0, 3), np.int64))
+    assert not renderer.draw(torch.zeros(2, 4, 3), torch.ones(2, 4, 3), nothing, 8, 6, backend=backend).any()
+    assert renderer.draw(torch.zeros(0, 4, 3), torch.ones(0, 4, 3), FACES, 8, 6, backend=backend).shape == (0, 4, 6, 8)

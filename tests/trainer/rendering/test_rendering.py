@@ -9,7 +9,7 @@ import torch
 from tests.rasteriser.scenes import random_scene
 from trainer.config import CameraConfig, DirectionalLight, SceneConfig
 from trainer.rendering import cpu, reference
-from trainer.rendering.camera import project
+from trainer.rendering.camera import NEAREST_DEPTH, project
 from trainer.rendering.lighting import light_directions, shade
 
 
@@ -43,7 +43,9 @@ def test_a_raised_camera_looks_down() -> None:
 
 
 def test_behind_the_camera_is_clamped_not_infinite() -> None:
-    assert torch.isfinite(project(torch.full((1, 1, 3), 50.0), torch.zeros(1), CameraConfig(), 128, 96)).all()
+    seen = project(torch.full((1, 1, 3), 50.0), torch.zeros(1), CameraConfig(), 128, 96)
+    assert torch.isfinite(seen).all()
+    assert seen[0, 0, 2] == pytest.approx(1 / NEAREST_DEPTH)
 
 
 def test_light_falls_by_the_cosine_from_both_sides_and_stays_with_the_camera() -> None:

@@ -59,6 +59,14 @@ def test_a_setting_changes_what_it_says() -> None:
     assert replace(silhouette.loss, kind="shading") == TrainConfig().loss
 
 
+def test_a_recipe_of_several_views_gives_a_row_of_one_as_many_pictures_as_the_paper_s() -> None:
+    optimiser = replace(TrainConfig().optimiser, views_per_instance=3, batch_size=192)
+    recipe = replace(TrainConfig(), optimiser=optimiser)
+    single = training_config(Setting(), recipe).optimiser
+    assert (single.views_per_instance, single.batch_size) == (1, 128)
+    assert training_config(Setting(views=3), recipe) == recipe
+
+
 def test_what_a_setting_has_no_use_for_is_left_out_of_the_recipe() -> None:
     recipe = replace(TrainConfig(), model=replace(TrainConfig().model, segments=6, light="varying", light_bins=5))
     check_settings(recipe)
@@ -83,6 +91,7 @@ def test_the_best_parameterisation_is_the_class_s() -> None:
         ("table-2/full-blok", "There is no row 'full-blok' in table-2; there are ortho-block, full-block, subdivision"),
         ("table-3/white", "Expected a class behind it, such as table-3/white/car, found none"),
         ("table-6/NMR (Kato 2018), white, silhouette, 2 views", "There is no row 'NMR"),
+        ("table-3/white/chiar", "found 'chiar'; did you mean 'chair'?"),
         ("table-9/white", "There is no preset 'table-9/white'"),
     ],
 )

@@ -12,7 +12,6 @@ import pytest
 from tests.trainer.command_line import answer, start
 from trainer.presets import load_preset
 from trainer.tables.study import Study
-from trainer.tables.trial import next_goal
 from trainer.training.checkpoint import load_checkpoint
 
 TINY = """
@@ -70,6 +69,11 @@ def test_a_table_is_made_and_nothing_is_made_twice(
     status, plan, _ = answer(capsys, "table", "figure-9", "--dry-run", *command[2:])
     assert "done car, pose-given, seed 0" in plan
     assert "4 of 5 trainings to do, 6 steps each" in plan
+    # Who asks for more steps gets them; fewer are there already.
+    status, plan, _ = answer(capsys, "table", "table-2", "--dry-run", *command[2:], "--steps", "8")
+    assert plan.count("resume car") == 6
+    status, plan, _ = answer(capsys, "table", "table-2", "--dry-run", *command[2:], "--steps", "5")
+    assert plan.count("done car") == 6
     status, _, errors = answer(capsys, *command, "--instances", "11")
     assert status == 2
     assert "holds a training of another recipe or on other pictures than these" in errors
@@ -121,16 +125,16 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
 
 def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
     study = Study(Path(), "demo", load_preset("demo"), 10, 2, 1, seconds=100.0)
-    assert next_goal(study, 0, 0.0) == 50
+    assert study.next_goal(0, 0.0) == 50
     # 50 steps in 10 s leave time for 450 more.
-    assert next_goal(study, 50, 10.0) == 500
+    assert study.next_goal(50, 10.0) == 500
     # Too slow at first: there is time left, and it is used.
-    assert next_goal(study, 500, 80.0) == 625
+    assert study.next_goal(500, 80.0) == 625
     for seconds in (98.5, 100.0, 130.0):
-        assert next_goal(study, 600, seconds) == 600
+        assert study.next_goal(600, seconds) == 600
     by_steps = replace(study, seconds=None)
-    assert next_goal(by_steps, 0, 0.0) == next_goal(by_steps, 1999, 900.0) == 2000
-    assert next_goal(by_steps, 2000, 901.0) == 2000
+    assert by_steps.next_goal(0, 0.0) == by_steps.next_goal(1999, 900.0) == 2000
+    assert by_steps.next_goal(2000, 901.0) == 2000
 
 
 @pytest.mark.parametrize(
@@ -138,6 +142,7 @@ def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
     [
         ("table tabel-2", "There is no table 'tabel-2'; did you mean 'table-2'?"),
         ("table table-2 --classes caar", "found 'caar'; did you mean 'car'?"),
+        ("table table-2 --classes car car", "Expected --classes that differ, found car car."),
         ("table table-2 --steps 5 --budget 3", "Expected either --steps or --budget, found both."),
         ("table table-2 --steps -1", "Expected --steps from 0 to 1000000000, found -1."),
         ("table table-2 --budget nan", "Expected --budget from 0 to 1000000, found nan."),
@@ -169,6 +174,6 @@ def test_a_plan_writes_nothing(
     assert plan.count("train car") == 24
     assert "96 of 96 trainings to do, 1.0 minutes each" in plan
     # One view in four lights, of which three views share one: four training folders a class, and two test folders each.
-    assert plan.count("render out/tables/pictures/64x48/sofa/fixed-colour/") == 4
-    assert plan.count("render out/tables/pictures/64x48/sofa/") == 4 + 3 + 3
+    assert plan.count("render out/tables/pictures/64x48/procedural/sofa/fixed-colour/") == 4
+    assert plan.count("render out/tables/pictures/64x48/procedural/sofa/") == 4 + 3 + 3
     assert not list(tmp_path.iterdir())

@@ -142,6 +142,10 @@ ANOTHER_MODEL = r"expected the model that its header describes, found .*{}.*use 
             altered(_put(f"optimiser.exp_avg.{WEIGHT}", 2, 2)),
             ANOTHER_MODEL.format(rf"exp_avg.{WEIGHT} of size \[2, 2\]"),
         ),
+        (
+            altered(_drop(f"optimiser.exp_avg_sq.{WEIGHT}")),
+            ANOTHER_MODEL.format(f"no optimiser.exp_avg_sq.{WEIGHT}"),
+        ),
         (altered(_put("optimiser.exp_avg.extra", 2)), ANOTHER_MODEL.format("optimiser.exp_avg.extra")),
         (altered(_put(f"optimiser.other.{WEIGHT}", 3, 6)), ANOTHER_MODEL.format(f"optimiser.other.{WEIGHT}")),
     ],

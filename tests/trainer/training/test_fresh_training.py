@@ -74,6 +74,15 @@ def test_another_camera_is_refused_on_resume(config: TrainConfig, tmp_path: Path
         run(config, chairs(config, scene), tmp_path, resume=True)
 
 
+def test_views_of_other_objects_are_refused_on_resume(config: TrainConfig, tmp_path: Path) -> None:
+    run(with_steps(config, 1), chairs(config), tmp_path)
+    for fresh in ({"instances": 24, "shape_seed": 5}, {}):
+        with pytest.raises(ConfigError, match="trained on other pictures than these"):
+            train(config, chairs(config), "chair", tmp_path, EVERY_STEP, True, silent, {"fresh": fresh})
+    roomier = {"fresh": {"instances": 24, "mesh_memory_mib": 7}}
+    assert train(config, chairs(config), "chair", tmp_path, EVERY_STEP, True, silent, roomier).step == 6
+
+
 def test_azimuths_are_known_for_supervision(config: TrainConfig, tmp_path: Path) -> None:
     supervised = replace(config, loss=replace(config.loss, pose_supervision="azimuth"))
     free, told = run(config, chairs(config), tmp_path / "free"), run(supervised, chairs(config), tmp_path / "told")

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import pytest
 import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from tests.trainer.training.runs import run, spoiling, with_steps
 from trainer.config import OptimiserConfig, TrainConfig
@@ -67,6 +68,14 @@ def test_a_run_directory_holds_what_the_documentation_says(
     assert_same(stored, last)
     assert (stored.category, stored.step, stored.scene) == ("chair", 6, images.scene)
     assert (stored.run["images"], stored.run["pictures"], stored.run["validation_pictures"]) == ("here", 36, 12)
+
+
+def test_a_resumed_training_hides_nothing_in_tensorboard(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    run(with_steps(config, 3), images, tmp_path)
+    run(with_steps(config, 5), images, tmp_path, resume=True)
+    board = EventAccumulator(str(tmp_path / "tensorboard"))
+    board.Reload()
+    assert [event.step for event in board.Scalars("loss")] == [1, 2, 3, 4, 5]
 
 
 def test_the_same_seed_gives_the_same_model_and_another_another(

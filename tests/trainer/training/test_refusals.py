@@ -42,6 +42,11 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
     scene = replace(images.scene, camera=replace(images.scene.camera, elevation_degrees=10.0))
     with pytest.raises(ConfigError, match="another camera or other lights"):
         run(config, replace(images, scene=scene), tmp_path, resume=True)
+    fewer = replace(images, **{name: getattr(images, name)[:-4] for name in ("pictures", "names", "instances")})
+    with pytest.raises(ConfigError, match=r"on other pictures than these: expected \d+ to train on and \d+ held out"):
+        run(config, fewer, tmp_path, resume=True)
+    with pytest.raises(ConfigError, match=r"of class chair, from the same source, found .* of lamp"):
+        train(config, images, "lamp", tmp_path, Intervals(), True, silent, {"images": "here"})
     assert load_checkpoint(tmp_path).step == 1
     slower = replace(config, optimiser=OptimiserConfig(batch_size=4, steps=2, learning_rate=1e-4))
     assert run(slower, images, tmp_path, resume=True).step == 2

@@ -1,4 +1,4 @@
-"""Aeroplanes: airliners, transports, fighters, light ones, warbirds, gliders, and about one in six that is unusual."""
+"""Aeroplanes: airliners, transports, fighters, light ones, warbirds, gliders, and one in seven that is unusual."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Benches: with a back, without, storage, pews, picnic, curved, upholstered, and about one in seven unusual."""
+"""Benches: with a back, without, storage, pews, picnic, curved, upholstered, and about one in nine unusual."""
 
 from collections.abc import Callable
 

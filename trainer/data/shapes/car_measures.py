@@ -76,7 +76,8 @@ class Measures(NamedTuple):
 def draw_measures(rng: Generator, kind: Kind) -> Measures:
     values = Kind(*((rng.uniform(*span), 0.0) for span in kind))
     length, width, height, clearance, radius, hood, screen, rear, deck, belt, nose = (value for value, _ in values)
-    # A cabin needs room for people under its roof.
+    # A cabin needs room for people under its roof, before whatever is loaded behind it.
+    deck = min(deck, length - hood - 1.2)
     spare = length - hood - deck - 0.75
     screen, rear = screen * min(1.0, 0.8 * spare / (screen + rear)), rear * min(1.0, 0.8 * spare / (screen + rear))
     front = max(radius * 1.14 + 0.1, rng.uniform(0.13, 0.2) * length * (1.0 if hood > 0.5 else 1.15))

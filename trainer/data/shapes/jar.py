@@ -32,9 +32,9 @@ def make_jar(rng: Generator) -> Mesh:
         (0.10, _bottle),
         (0.09, _urn),
         (0.05, _carved),
-        (0.025, _moon_flask),
-        (0.03, _stepped),
-        (0.02, _ring_flask),
+        (0.03, _moon_flask),
+        (0.035, _stepped),
+        (0.03, _ring_flask),
     )
     shares = np.array([share for share, _ in builders])
     return builders[rng.choice(len(builders), p=shares / shares.sum())][1](rng)

@@ -24,9 +24,9 @@ def make_rifle(rng: Generator) -> Mesh:
         (0.06, make_lever),
         (0.09, make_submachine),
         (0.05, make_machine_gun),
-        (0.02, make_top_loader),
-        (0.02, make_blunderbuss),
-        (0.02, make_toy),
+        (0.04, make_top_loader),
+        (0.04, make_blunderbuss),
+        (0.04, make_toy),
     )
     shares = np.array([share for share, _ in builders])
     rifle = builders[rng.choice(len(builders), p=shares / shares.sum())][1](rng)

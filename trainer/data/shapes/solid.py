@@ -129,7 +129,8 @@ def tube(
 ) -> Mesh:
     """A bar along a path, of one radius or of one a path point; `square` gives it four flat sides.
 
-    The section is carried along by the smallest turn at each bend and mitred there, so that it does not twist.
+    The section is carried along by the smallest turn at each bend, so that it does not twist, and set across the
+    bisector there, without widening.
     """
     centres = np.asarray(path, np.float64)
     steps = len(centres)

@@ -1,4 +1,4 @@
-"""Tables: dining, coffee, side and console tables on all kinds of support, desks, nests, and one in five unusual."""
+"""Tables: dining, coffee, side and console tables on all kinds of support, desks, nests, and one in seven unusual."""
 
 from collections.abc import Callable
 from typing import NamedTuple

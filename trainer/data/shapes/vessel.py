@@ -1,4 +1,4 @@
-"""Vessels: boats under oars, sails and engines, ships for cargo, war and passengers, and one in six that is unusual."""
+"""Vessels: boats under oars, sails and engines, ships for cargo, war and passengers, and one in seven unusual."""
 
 from collections.abc import Callable
 
