@@ -37,8 +37,9 @@ class Setting:
     optimiser: dict[str, Any] = field(default_factory=dict)
 
 
-# Nobody tells the poses: the shapes stay alike and smooth at first, and the batches show all sides.
-UNTOLD = {"pose_supervision": "none", "kl_weight": 8.0, "kl_weight_start": 124.0, "laplacian_weight_start": 2000.0}
+# The shapes stay alike and smooth at first: with weak priors from the start, 48 pictures are learnt by heart.
+PRIORS: dict[str, Any] = {"kl_weight": 8.0, "kl_weight_start": 124.0, "laplacian_weight_start": 2000.0}
+UNTOLD = {"pose_supervision": "none"}
 MANY = {"batch_size": 48, "steps": 300}
 TURNED = {"batch_size": 32, "steps": 250}
 SETTINGS = {
@@ -101,14 +102,13 @@ def _solid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def test_a_setting_learns(name: str, folder_of: Callable[[Setting], ImageSet], tmp_path: Path) -> None:
     setting = SETTINGS[name]
     images = folder_of(setting)
-    weights: dict[str, Any] = {"kl_weight": 2.0, "kl_weight_start": 2.0, "laplacian_weight_start": 20.0}
     config = TrainConfig(
         width=WIDTH,
         height=HEIGHT,
         precision="float32",
         validation_share=0.0,
         model=ModelConfig(**({"encoder_channels": (8, 8, 16, 16, 16, 32)} | setting.model)),
-        loss=LossConfig(**({"pose_supervision": "azimuth"} | weights | setting.loss)),
+        loss=LossConfig(**({"pose_supervision": "azimuth"} | PRIORS | setting.loss)),
         optimiser=OptimiserConfig(**({"batch_size": 16, "steps": 200, "learning_rate": 3e-3} | setting.optimiser)),
     )
     torch.manual_seed(config.seed)
@@ -122,7 +122,7 @@ def test_a_setting_learns(name: str, folder_of: Callable[[Setting], ImageSet], t
     after, first, last = overlap(model, images), np.mean(losses[:10]), np.mean(losses[-10:])
     print(f"{name}: {len(losses)} steps, reconstruction {first:.1f} → {last:.1f}, IoU {before:.3f} → {after:.3f}")
     assert last < 0.8 * first
-    assert after > before + 0.05
+    assert after > before + 0.08
     # One white light tells little about its azimuth: a few hundred steps do not learn it for sure.
     if setting.rotate_lights and setting.scene is COLOUR:
         assert images.light_azimuths is not None
@@ -131,9 +131,8 @@ def test_a_setting_learns(name: str, folder_of: Callable[[Setting], ImageSet], t
         assert light is not None
         error = np.degrees(np.abs(light.numpy() - images.light_azimuths))
         print(f"  light error {np.median(error):.1f}°")
-        # A guess is off by 45° in the median. The paper's objective hardly learns it so soon: 20° to 30° after 400
-        # steps in two seeds, and 22° to 41° after 250.
-        assert np.median(error) < (40 if config.loss.objective == "paper" else 30)
+        # A guess is off by 45° in the median.
+        assert np.median(error) < 30
 
 
 def test_views_of_an_object_are_found_together_at_test_time(folder_of: Callable[[Setting], ImageSet]) -> None:
