@@ -7,10 +7,14 @@ from typing import Literal
 import pytest
 import torch
 
+import exporter.export
 from exporter.export import export
+from service.manifest import DECODER_FILE, DECODER_INPUT, ENCODER_FILE, ENCODER_INPUT
 from trainer.config import CameraConfig, ModelConfig, SceneConfig, TrainConfig
 from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
+
+OFFSET = math.radians(25)
 
 
 def small_checkpoint(light: Literal["fixed", "varying"] = "fixed") -> Checkpoint:
@@ -38,5 +42,16 @@ def checkpoint() -> Checkpoint:
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The bundle of that checkpoint, offset 25°; to be read only."""
     directory = tmp_path_factory.mktemp("exported") / "deep" / "car"
-    export(small_checkpoint(), directory, math.radians(25), {"iou": 0.6})
+    export(small_checkpoint(), directory, OFFSET, {"iou": 0.6})
     return directory
+
+
+@pytest.fixture
+def converted(exported: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The graphs of that bundle take the place of a conversion, which takes seconds: same model, same offset."""
+    graphs = {ENCODER_INPUT: ENCODER_FILE, DECODER_INPUT: DECODER_FILE}
+
+    def to_onnx(_module: object, _example: object, input_name: str, _output_names: object) -> bytes:
+        return (exported / graphs[input_name]).read_bytes()
+
+    monkeypatch.setattr(exporter.export, "to_onnx", to_onnx)

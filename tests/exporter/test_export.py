@@ -23,6 +23,7 @@ from exporter.graphs import DecoderGraph, EncoderGraph
 from exporter.parity import LARGEST_ERROR, measure_parity
 from service.bundle import read_bundle
 from service.manifest import ENCODER_OUTPUTS, Camera
+from tests.exporter.conftest import OFFSET
 from trainer.errors import StorageError
 from trainer.training.checkpoint import Checkpoint
 
@@ -129,25 +130,27 @@ def test_weights_that_are_not_finite_are_refused(checkpoint: Checkpoint, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("converted")
 def test_a_category_that_is_no_word_is_refused(checkpoint: Checkpoint, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=r"category: .* found my car"):
-        export(dataclasses.replace(checkpoint, category="my car"), tmp_path / "car", 0.0, {})
+        export(dataclasses.replace(checkpoint, category="my car"), tmp_path / "car", OFFSET, {})
     with pytest.raises(ExportError, match="the run's summary: expected JSON with finite numbers"):
-        export(dataclasses.replace(checkpoint, run={"loss": math.inf}), tmp_path / "car", 0.0, {})
+        export(dataclasses.replace(checkpoint, run={"loss": math.inf}), tmp_path / "car", OFFSET, {})
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("converted")
 def test_a_full_disk_leaves_the_old_bundle_and_nothing_else(
     checkpoint: Checkpoint, exported: Path, tmp_path: Path
 ) -> None:
     target = tmp_path / "car"
     with largest_file(10_000), pytest.raises(StorageError, match=r"found: File too large; nothing was changed there"):
-        export(checkpoint, target, 0.0, {})
+        export(checkpoint, target, OFFSET, {})
     assert list(tmp_path.iterdir()) == []
     shutil.copytree(exported, target)
     before = content(target)
     with largest_file(10_000), pytest.raises(StorageError):
-        export(checkpoint, target, 0.5, {})
+        export(checkpoint, target, OFFSET, {})
     assert content(target) == before
     assert list(tmp_path.iterdir()) == [target]
 
@@ -172,10 +175,11 @@ def test_what_is_no_bundle_is_never_replaced(checkpoint: Checkpoint, tmp_path: P
     assert [path.name for path in tmp_path.rglob("*")] == ["photos", "holiday.jpg"]
 
 
+@pytest.mark.usefixtures("converted")
 def test_a_bundle_that_the_service_would_refuse_is_not_written(
     checkpoint: Checkpoint, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(exporter.export, "encode_manifest", lambda _: json.dumps({"format_version": 99}).encode())
     with pytest.raises(ExportError, match=r"the service would refuse this bundle.* found 99"):
-        export(checkpoint, tmp_path / "car", 0.0, {})
+        export(checkpoint, tmp_path / "car", OFFSET, {})
     assert list(tmp_path.iterdir()) == []

@@ -18,6 +18,7 @@ from service.explanation import unexplained
 from service.image import read_picture
 from service.inference import Engine, decode, encode, load_engine
 from service.reconstruction import reconstruct
+from tests.exporter.conftest import OFFSET
 from tests.exporter.test_exporter_command import answer
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
@@ -85,9 +86,10 @@ def test_pictures_that_are_all_alike_are_refused(engine: Engine) -> None:
         measure_held_out(engine, [disc(0)] * 20)
 
 
+@pytest.mark.usefixtures("converted")
 def test_a_refusal_leaves_nothing(checkpoint: Checkpoint, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="found 1; name a folder"):
-        export(checkpoint, tmp_path / "car", 0.0, {}, held_out=[disc(0)])
+        export(checkpoint, tmp_path / "car", OFFSET, {}, held_out=[disc(0)])
     assert list(tmp_path.iterdir()) == []
 
 

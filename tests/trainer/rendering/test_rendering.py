@@ -84,11 +84,10 @@ def test_the_reference_s_gradient_is_that_of_its_picture() -> None:
 
         screen = torch.tensor(scene.screen, dtype=torch.float64, requires_grad=True)
         colours = torch.tensor(scene.colours, dtype=torch.float64, requires_grad=True)
-        assert torch.autograd.gradcheck(value, (screen, colours), eps=1e-7, atol=1e-3, rtol=1e-3), seed
+        # Along random directions: one number at a time would take a minute, and tells no more.
+        assert torch.autograd.gradcheck(value, (screen, colours), eps=1e-7, atol=1e-3, rtol=1e-3, fast_mode=True), seed
         checked += 1
-        if checked == 6:
-            break
-    assert checked == 6
+    assert checked >= 10
 
 
 def test_autograd_s_log_likelihood_of_several_hypotheses_is_the_reference_s() -> None:
