@@ -44,22 +44,29 @@ def from_bundle(directory: Path) -> Subject:
     Raises CheckpointError where a file is missing, altered, or says something else than a bundle of this version.
     """
     manifest = _read_manifest(directory)
-    told = ["shape_mean", "azimuth", *(["light_azimuth"] if manifest.get("light_bin_centres_degrees") else [])]
+    told = [
+        "shape_mean",
+        "azimuth",
+        "azimuth_probabilities",
+        *(["light_azimuth"] if manifest.get("light_bin_centres_degrees") else []),
+    ]
     encode = _graph(directory, ENCODER_FILE, manifest, told)
     decode = _graph(directory, DECODER_FILE, manifest, ["vertices"])
 
     def answer(images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
-        shape_mean, azimuths, *lights = encode(images)
+        shape_mean, azimuths, probabilities, *lights = encode(images)
+        confidences, bins = probabilities.max(1)
         pooled = shape_mean.unflatten(0, (-1, views)).amax(1).repeat_interleave(views, 0)
         (vertices,) = decode(pooled)
-        return Prediction(vertices, azimuths, lights[0] if lights else None)
+        return Prediction(vertices, azimuths, centres[bins], confidences, lights[0] if lights else None)
 
     try:
         scene = _scene(manifest)
         faces = torch.tensor(np.array(manifest["faces"], np.int64).reshape(-1, 3))
+        centres = torch.tensor(manifest["azimuth_bin_centres_degrees"], dtype=torch.float32).deg2rad()
         training = manifest["training"]
         summary = {"step": training["step"], "seconds": training["run"]["seconds"]}
-        return Subject(answer, faces, scene, str(manifest["category"]), summary)
+        return Subject(answer, faces, len(centres), scene, str(manifest["category"]), summary)
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         raise CheckpointError(
             f"{directory / MANIFEST_FILE}: expected a bundle's manifest, found {type(error).__name__}: {error}. "

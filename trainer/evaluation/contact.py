@@ -35,7 +35,7 @@ def write_sheets(output: Path, subject: Subject, pictures: Pictures, judgement: 
     for name, numbers in chosen.items():
         (images,) = linear_batches(pictures.codes[numbers])
         shown = judgement.prediction.of(torch.tensor(numbers.tolist()))
-        reconstructions = render(subject.faces, subject.scene, *shown)
+        reconstructions = render(subject.faces, subject.scene, shown.vertices, shown.azimuths, shown.light_azimuths)
         titles, rows = comparison_rows(
             subject.faces, subject.scene, images, reconstructions, shown.vertices, judgement.offset
         )

@@ -67,6 +67,18 @@ def accuracy(errors: Float[ndarray, "N"]) -> float:
     return float(np.mean(errors <= CORRECT_WITHIN))
 
 
+def calibration_error(told: Float[ndarray, "N 2"]) -> float:
+    """The expected calibration error (Guo et al., "On calibration of modern neural networks", ICML 2017): how far
+    confidence is from the share of right answers, averaged over ten equal ranges of confidence by their pictures.
+
+    `told` holds each answer's confidence, and 1 where it was right or 0. 0 is honest; 0.5 a guess between two that
+    calls itself sure.
+    """
+    confidence, right = told.T
+    ranges = np.minimum((10 * confidence).astype(int), 9)
+    return float(np.abs(np.bincount(ranges, confidence - right)).sum() / len(told))
+
+
 def fit_azimuth_offset(predicted: Float[ndarray, "N"], true: Float[ndarray, "N"]) -> float:
     """The one rotation that, added to all predicted azimuths, aligns them best with the true ones, in [-π, π).
 
@@ -88,10 +100,10 @@ def fit_azimuth_offset(predicted: Float[ndarray, "N"], true: Float[ndarray, "N"]
 
 
 def bootstrap(
-    values: Float[ndarray, "N"],
+    values: Float[ndarray, "N *K"],
     objects: Integer[ndarray, "N"],
     rng: Generator,
-    statistic: Callable[[Float[ndarray, "M"]], float] = mean,
+    statistic: Callable[[Float[ndarray, "M *K"]], float] = mean,
     rounds: int = 1000,
 ) -> Interval:
     """A statistic of all values with its 95 % interval: whole objects, with all their views, are drawn anew.

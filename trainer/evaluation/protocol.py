@@ -27,6 +27,7 @@ from trainer.evaluation.metrics import (
     accuracy,
     azimuth_error,
     bootstrap,
+    calibration_error,
     fit_azimuth_offset,
     iou,
     mean,
@@ -66,12 +67,13 @@ class Likeness(NamedTuple):
 def judge(subject: Subject, pictures: Pictures, validation: Validation | None) -> Judgement:
     """All figures of the report; what is fitted is fitted on `validation`, and is not known without it."""
     prediction = predict(subject, pictures.codes, pictures.views)
+    half_bin = math.pi / subject.azimuth_bins
     unaligned = _likeness(subject, prediction, pictures, 0.0)
     offset = None if validation is None else fit_offset(subject, validation)
     aligned = unaligned if offset is None else _likeness(subject, prediction, pictures, offset)
     report = Report(
-        aligned=None if offset is None else _frame_figures(prediction, pictures, aligned, offset),
-        unaligned=_frame_figures(prediction, pictures, unaligned, 0.0),
+        aligned=None if offset is None else _frame_figures(prediction, pictures, aligned, offset, half_bin),
+        unaligned=_frame_figures(prediction, pictures, unaligned, 0.0, half_bin),
         baselines=None if validation is None else _baseline_figures(pictures, validation),
         light_error_degrees=_light_error(prediction, pictures),
         picture_error=_interval(_picture_errors(subject, prediction, pictures), pictures),
@@ -107,11 +109,15 @@ def _likeness(subject: Subject, prediction: Prediction, pictures: Pictures, offs
     return Likeness(*compared.repeat(pictures.views, 0).T)
 
 
-def _frame_figures(prediction: Prediction, pictures: Pictures, likeness: Likeness, offset: float) -> FrameFigures:
+def _frame_figures(
+    prediction: Prediction, pictures: Pictures, likeness: Likeness, offset: float, half_bin: float
+) -> FrameFigures:
     azimuths = prediction.azimuths.double().numpy() + offset
     orders = np.array([truth.order for truth in pictures.truth])[pictures.objects]
     errors = azimuth_error(azimuths, pictures.azimuths)
     symmetric_errors = symmetric_azimuth_error(azimuths, pictures.azimuths, orders)
+    in_bin = azimuth_error(prediction.bins.double().numpy() + offset, pictures.azimuths) <= half_bin
+    told = np.column_stack((prediction.confidences.double().numpy(), in_bin))
     return FrameFigures(
         iou=_interval(likeness.overlap, pictures),
         azimuth_error_degrees=_interval(np.degrees(errors), pictures, median_error),
@@ -119,6 +125,7 @@ def _frame_figures(prediction: Prediction, pictures: Pictures, likeness: Likenes
         symmetric_azimuth_error_degrees=_interval(np.degrees(symmetric_errors), pictures, median_error),
         symmetric_azimuth_accuracy=_interval(symmetric_errors, pictures, accuracy),
         flipped=_interval((errors > FLIPPED_BEYOND).astype(float), pictures),
+        azimuth_calibration_error=_interval(told, pictures, calibration_error),
         chamfer_distance=_interval(likeness.chamfer_distance, pictures),
         normal_consistency=_interval(likeness.normal_consistency, pictures),
     )
@@ -145,7 +152,7 @@ def _picture_errors(subject: Subject, prediction: Prediction, pictures: Pictures
     start = 0
     for images in linear_batches(pictures.codes):
         shown = prediction.of(torch.arange(start, start + len(images)))
-        drawn = render(subject.faces, subject.scene, *shown)
+        drawn = render(subject.faces, subject.scene, shown.vertices, shown.azimuths, shown.light_azimuths)
         errors.append((drawn - images).abs().mean((1, 2, 3)))
         start += len(images)
     found: Float[ndarray, N] = torch.cat(errors).double().numpy()
@@ -158,9 +165,9 @@ def _symmetric_objects(pictures: Pictures) -> dict[str, int]:
 
 
 def _interval(
-    values: Float[ndarray, "N"],
+    values: Float[ndarray, "N *K"],
     pictures: Pictures,
-    statistic: Callable[[Float[ndarray, "M"]], float] = mean,
+    statistic: Callable[[Float[ndarray, "M *K"]], float] = mean,
 ) -> Interval:
     # The same objects are drawn for every figure, so that intervals can be compared.
     return bootstrap(values, pictures.objects, np.random.default_rng(0), statistic)

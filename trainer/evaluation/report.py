@@ -22,6 +22,8 @@ class FrameFigures:
     symmetric_azimuth_accuracy: Interval
     flipped: Interval
     """Share of azimuths that are wrong by more than 150°: taken for their own back."""
+    azimuth_calibration_error: Interval
+    """Expected calibration error of the most probable coarse bin."""
     chamfer_distance: Interval
     """In diagonals of the object's bounding box."""
     normal_consistency: Interval
@@ -96,6 +98,7 @@ _FRAME_ROWS = (
     ("symmetric_azimuth_error_degrees", "azimuth error up to symmetry", "°"),
     ("symmetric_azimuth_accuracy", "within 30° up to symmetry", ""),
     ("flipped", "wrong by more than 150°", ""),
+    ("azimuth_calibration_error", "azimuth's calibration error", ""),
     ("chamfer_distance", "Chamfer distance", ""),
     ("normal_consistency", "normal consistency", ""),
 )

@@ -12,7 +12,7 @@ from torch import Tensor
 from trainer.config import SceneConfig
 from trainer.errors import CheckpointError
 from trainer.evaluation.pictures import linear_batches
-from trainer.model.posterior import most_probable_azimuth, most_probable_light, pooled_over_views
+from trainer.model.posterior import most_probable_azimuth, most_probable_bin, most_probable_light, pooled_over_views
 from trainer.training.checkpoint import Checkpoint
 
 
@@ -21,13 +21,19 @@ class Prediction(NamedTuple):
 
     vertices: Float[Tensor, "N V 3"]
     azimuths: Float[Tensor, "N"]
+    bins: Float[Tensor, "N"]
+    """Centre of the most probable coarse bin of the azimuth."""
+    confidences: Float[Tensor, "N"]
+    """How probable that bin is."""
     light_azimuths: Float[Tensor, "N"] | None
     """How far the lights are turned; None of a model that knows one light only."""
 
     def of(self, numbers: Int64[Tensor, "M"]) -> "Prediction":
         """What it says about some of the pictures."""
         lights = None if self.light_azimuths is None else self.light_azimuths[numbers]
-        return Prediction(self.vertices[numbers], self.azimuths[numbers], lights)
+        return Prediction(
+            self.vertices[numbers], self.azimuths[numbers], self.bins[numbers], self.confidences[numbers], lights
+        )
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,8 @@ class Subject:
     """The mean of z decoded, and the most probable coarse azimuth plus the mean of the fine one, of pictures of which
     each so many consecutive ones show one object: its shape is found from all of them."""
     faces: Int64[Tensor, "F 3"]
+    azimuth_bins: int
+    """How many coarse bins the azimuth has."""
     scene: SceneConfig
     """Camera, lights and size of the pictures that it expects."""
     category: str
@@ -53,10 +61,12 @@ def from_checkpoint(checkpoint: Checkpoint) -> Subject:
         with torch.no_grad():
             posterior = pooled_over_views(model.encode(images), views)
             vertices = model.decode(posterior.shape_mean)
-            return Prediction(vertices, most_probable_azimuth(posterior), most_probable_light(posterior))
+            azimuths, lights = most_probable_azimuth(posterior), most_probable_light(posterior)
+            return Prediction(vertices, azimuths, *most_probable_bin(posterior), lights)
 
     training = {"step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
-    return Subject(answer, model.faces, checkpoint.scene, checkpoint.category, training)
+    bins = checkpoint.config.model.azimuth_bins
+    return Subject(answer, model.faces, bins, checkpoint.scene, checkpoint.category, training)
 
 
 def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) -> Prediction:
@@ -66,9 +76,15 @@ def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) 
     Raises CheckpointError where that is not a number.
     """
     answers = [subject.answer(batch, views) for batch in linear_batches(codes, views)]
-    vertices, azimuths, lights = zip(*answers, strict=True)
+    vertices, azimuths, bins, confidences, lights = zip(*answers, strict=True)
     known = [light for light in lights if light is not None]
-    prediction = Prediction(torch.cat(vertices), torch.cat(azimuths), torch.cat(known) if known else None)
+    prediction = Prediction(
+        torch.cat(vertices),
+        torch.cat(azimuths),
+        torch.cat(bins),
+        torch.cat(confidences),
+        torch.cat(known) if known else None,
+    )
     if not all(torch.isfinite(part).all() for part in prediction if part is not None):
         raise CheckpointError(
             "Expected vertices and azimuths from the model, found numbers that are not finite. Train again, or judge "

@@ -109,10 +109,15 @@ def light_bin_centres(bins: int, like: Tensor) -> Float[Tensor, "L"]:
     return (torch.arange(bins, dtype=like.dtype, device=like.device) + 0.5) * (math.pi / bins)
 
 
+def most_probable_bin(posterior: Posterior) -> tuple[Float[Tensor, "B"], Float[Tensor, "B"]]:
+    """Centre of the most probable coarse bin of the azimuth, and its probability."""
+    probability, bins = posterior.azimuth_logits.softmax(1).max(1)
+    return bin_centres(posterior.azimuth_logits.shape[1], posterior.azimuth_fine_mean)[bins], probability
+
+
 def most_probable_azimuth(posterior: Posterior) -> Float[Tensor, "B"]:
     """Centre of the most probable coarse bin plus the mean of the fine angle, in [-π, π)."""
-    centres = bin_centres(posterior.azimuth_logits.shape[1], posterior.azimuth_fine_mean)
-    return wrap_angle(centres[posterior.azimuth_logits.argmax(1)] + posterior.azimuth_fine_mean)
+    return wrap_angle(most_probable_bin(posterior)[0] + posterior.azimuth_fine_mean)
 
 
 def most_probable_light(posterior: Posterior) -> Float[Tensor, "B"] | None:

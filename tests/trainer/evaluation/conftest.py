@@ -25,10 +25,11 @@ from trainer.training.checkpoint import Checkpoint
 
 SCENE = SceneConfig(width=40, height=30)
 BINS = 12
+SURENESS = 1e4
 
 
 class Oracle:
-    """Knows pictures: answers each with its true shape and azimuth, in a frame turned by `frame` radians.
+    """Knows pictures: answers each with its true shape and azimuth, in a frame turned by `frame` radians, and is sure.
 
     A shape turned by `frame` in its own frame looks as before at an azimuth that is smaller by as much.
     """
@@ -49,7 +50,7 @@ class Oracle:
         away = torch.remainder(azimuth[:, None] - bin_centres(BINS, azimuth) + math.pi, 2 * math.pi) - math.pi
         fine = away.gather(1, away.abs().argmin(1, keepdim=True)).squeeze(1)
         return Posterior(
-            number[:, None].float(), torch.ones(len(number), 1), -away.abs(), fine, torch.ones(len(number))
+            number[:, None].float(), torch.ones(len(number), 1), -SURENESS * away.abs(), fine, torch.ones(len(number))
         )
 
     def decode(self, shape_code: Tensor) -> Tensor:

@@ -9,6 +9,7 @@ from trainer.evaluation.metrics import (
     accuracy,
     azimuth_error,
     bootstrap,
+    calibration_error,
     fit_azimuth_offset,
     iou,
     mean_shape,
@@ -114,3 +115,13 @@ def test_the_mean_shape_is_the_best_share_of_the_training_shapes() -> None:
     expected = np.zeros((2, 2, 2), bool)
     expected[0], expected[1, 0] = True, True
     np.testing.assert_array_equal(mean_shape(training), expected)
+
+
+def test_confidence_that_is_borne_out_has_no_calibration_error() -> None:
+    honest = np.array([(0.75, 1), (0.75, 1), (0.75, 1), (0.75, 0), (0.5, 1), (0.5, 0)])
+    assert calibration_error(honest) == pytest.approx(0)
+    # Too sure by 0.25 in two thirds of the answers, too modest by 0.5 in the others: what they even out does not count.
+    assert calibration_error(np.array([(1.0, 1), (1.0, 1), (1.0, 1), (1.0, 0), (0.5, 1), (0.5, 1)])) == pytest.approx(
+        1 / 3
+    )
+    assert calibration_error(np.array([(0.3, 0)])) == pytest.approx(0.3)

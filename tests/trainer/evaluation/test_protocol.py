@@ -33,6 +33,7 @@ def test_a_perfect_predictor_scores_perfectly_whatever_its_frame(
     assert aligned.azimuth_error_degrees.value < 1e-3
     assert aligned.azimuth_accuracy == (1.0, 1.0, 1.0)
     assert aligned.flipped.value == 0
+    assert aligned.azimuth_calibration_error.value < 1e-6
     assert aligned.chamfer_distance.value < 0.012
     assert aligned.normal_consistency.value > 0.85
     assert report.azimuth_offset_degrees == pytest.approx(frame_degrees, abs=1e-3)
@@ -76,6 +77,8 @@ def test_errors_are_counted_in_azimuth_and_shape_apart(tested: Pictures, shapes:
     oracle.azimuths[::4] += math.pi
     figures = judge(subject_of(oracle), tested, None).report.unaligned
     assert figures.flipped.value == 0.25
+    # It was as sure of those as of the others.
+    assert figures.azimuth_calibration_error.value == pytest.approx(0.25, abs=1e-6)
     assert figures.azimuth_accuracy.value == 0.75
     assert figures.azimuth_error_degrees.value < 1e-3
     assert figures.iou.value == pytest.approx(1, abs=0.003)

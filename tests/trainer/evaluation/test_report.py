@@ -9,7 +9,7 @@ from trainer.evaluation.metrics import Interval
 from trainer.evaluation.report import BaselineFigures, FrameFigures, Report, as_json, as_markdown, as_text
 
 FRAME_NAMES = {field.name for field in dataclasses.fields(FrameFigures)}
-FIGURES = FrameFigures(*(Interval(0.1 * place, 0.05, 0.95) for place in range(1, 9)))
+FIGURES = FrameFigures(*(Interval(0.1 * place, 0.05, 0.95) for place in range(1, 10)))
 REPORT = Report(
     aligned=FIGURES,
     unaligned=dataclasses.replace(FIGURES, iou=Interval(0.25, 0.2, 0.3)),
@@ -41,7 +41,7 @@ def test_json_holds_the_figures() -> None:
     flat = as_json(REPORT)
     assert (flat["iou"], flat["iou_interval"]) == (0.1, [0.05, 0.95])
     assert (flat["iou_unaligned"], flat["iou_unaligned_interval"]) == (0.25, [0.2, 0.3])
-    assert flat["normal_consistency"] == 0.8
+    assert flat["normal_consistency"] == 0.9
     assert flat["nearest_neighbour_iou_interval"] == [0.45, 0.65]
     assert flat["picture_error"] == 0.0312
     assert flat["light_error_degrees"] is flat["light_error_degrees_interval"] is None
