@@ -24,7 +24,14 @@ _LEAVING_SECONDS: Final = 25
 def serve(listener: socket.socket, catalogue: Catalogue, settings: Settings) -> None:
     """Answers until SIGINT or SIGTERM; then takes no more, finishes what came until then, and raises SystemExit(0)."""
     app = create_app(catalogue, settings)
-    config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=_LEAVING_SECONDS)
+    config = uvicorn.Config(
+        app,
+        # Where httptools is installed, uvicorn would take that: it sets no limit to headers.
+        http="h11",
+        log_level="warning",
+        server_header=False,
+        timeout_graceful_shutdown=_LEAVING_SECONDS,
+    )
     # uvicorn finishes what it began, and then raises the signal that stopped it once more.
     for number in _STOPPING:
         signal.signal(number, _leave)
