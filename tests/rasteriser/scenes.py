@@ -26,10 +26,11 @@ class Scene(NamedTuple):
         return summed
 
 
-def random_scene(seed: int) -> Scene:
-    """A deformed cube, or two that interpenetrate; pictures from 1 × 1 up, often partly outside."""
+def random_scene(seed: int, least: int = 1, most: int = 24) -> Scene:
+    """A deformed cube, or two that interpenetrate, often partly outside of the picture, whose sides have from `least`
+    to `most` pixels."""
     rng = np.random.default_rng(seed)
-    width, height = int(rng.integers(1, 25)), int(rng.integers(1, 25))
+    width, height = int(rng.integers(least, most + 1)), int(rng.integers(least, most + 1))
     vertices, faces = _deformed_cube(rng)
     if rng.random() < 0.3:
         more, other_faces = _deformed_cube(rng)

@@ -24,20 +24,29 @@ def _reference(scene: Scene, crease: float) -> tuple[np.ndarray, float, np.ndarr
 @pytest.mark.parametrize("block", range(8))
 def test_fused_kernels_agree_with_the_reference(block: int) -> None:
     for seed in range(block * 125, block * 125 + 125):
-        scene, crease = random_scene(seed), (0.0, 0.3, np.inf, pictures.HARD)[seed % 4]
-        picture, value, to_screen, to_colours = _reference(scene, crease)
-        batch = scene.screen[None], scene.colours[None], scene.topology
+        _compare(random_scene(seed), seed)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_they_agree_on_pictures_of_a_model_s_size(seed: int) -> None:
+    _compare(random_scene(seed, least=48, most=128), seed)
+
+
+def _compare(scene: Scene, seed: int) -> None:
+    crease = (0.0, 0.3, np.inf, pictures.HARD)[seed % 4]
+    picture, value, to_screen, to_colours = _reference(scene, crease)
+    batch = scene.screen[None], scene.colours[None], scene.topology
+    np.testing.assert_allclose(
+        pictures.draw(*batch, *scene.size, crease)[0], picture, atol=1e-5, err_msg=f"seed {seed}"
+    )
+    assert likelihood.log_likelihood(*batch, scene.target[None], crease)[0] == pytest.approx(value, rel=1e-5), seed
+    again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1), crease)
+    assert again[0] == pytest.approx(value, rel=1e-5), seed
+    for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
+        tolerance = 1e-5 * max(1.0, np.abs(expected).max())
         np.testing.assert_allclose(
-            pictures.draw(*batch, *scene.size, crease)[0], picture, atol=1e-5, err_msg=f"seed {seed}"
+            scene.together(found), scene.together(expected), atol=tolerance, err_msg=f"seed {seed}"
         )
-        assert likelihood.log_likelihood(*batch, scene.target[None], crease)[0] == pytest.approx(value, rel=1e-5), seed
-        again, gradients = likelihood.log_likelihood_gradient(*batch, scene.target[None], np.ones(1), crease)
-        assert again[0] == pytest.approx(value, rel=1e-5), seed
-        for found, expected in ((gradients.screen[0], to_screen), (gradients.colours[0], to_colours)):
-            tolerance = 1e-5 * max(1.0, np.abs(expected).max())
-            np.testing.assert_allclose(
-                scene.together(found), scene.together(expected), atol=tolerance, err_msg=f"seed {seed}"
-            )
 
 
 def test_gradient_of_a_picture_agrees_with_the_reference() -> None:

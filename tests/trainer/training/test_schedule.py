@@ -1,0 +1,48 @@
+"""The weights of the loss at a step, against their formulas written out."""
+
+import math
+
+import pytest
+
+from trainer.config import LossConfig
+from trainer.training.schedule import weights_at
+
+CONFIG = LossConfig(
+    kl_weight=3.0,
+    kl_weight_start=50.0,
+    kl_cooling_steps=200.0,
+    laplacian_weight=7.0,
+    laplacian_weight_start=900.0,
+    temperature=20.0,
+    temperature_start=240.0,
+    temperature_cooling_steps=80.0,
+    encoder_prior=0.8,
+    encoder_prior_steps=500.0,
+    prior_matching_weight=450.0,
+    distillation_weight=60.0,
+)
+
+
+@pytest.mark.parametrize("step", [0, 1, 80, 500])
+def test_weights_cool_exponentially(step: int) -> None:
+    found = weights_at(CONFIG, step, 128, 96)
+    assert found.kl == pytest.approx(3 + 47 * math.exp(-step / 200))
+    assert found.laplacian == pytest.approx(7 + 893 * math.exp(-step / 200))
+    assert found.temperature == pytest.approx(20 + 220 * math.exp(-step / 80))
+    assert found.encoder_prior == pytest.approx(0.8 * (1 - math.exp(-step / 500)))
+    assert (found.prior_matching, found.distillation) == (450, 60)
+
+
+def test_they_begin_and_end_where_the_settings_say() -> None:
+    first, last = weights_at(CONFIG, 0, 128, 96), weights_at(CONFIG, 10**6, 128, 96)
+    assert (first.kl, first.laplacian, first.temperature, first.encoder_prior) == (50, 900, 240, 0)
+    assert (last.kl, last.laplacian, last.temperature, last.encoder_prior) == (3, 7, 20, 0.8)
+
+
+def test_what_weighs_sums_over_pixels_grows_with_their_number() -> None:
+    """A quarter of the pixels makes a quarter of the log-likelihood. The encoder's ρ is a probability at any size."""
+    whole, quarter = weights_at(CONFIG, 100, 128, 96), weights_at(CONFIG, 100, 64, 48)
+    assert quarter.encoder_prior == whole.encoder_prior
+    assert quarter == pytest.approx(
+        [value / 4 for value in whole[:3]] + [whole[3]] + [value / 4 for value in whole[4:]]
+    )
