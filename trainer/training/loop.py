@@ -32,6 +32,7 @@ from trainer.training.checkpoint import (
 from trainer.training.checks import check_intervals, check_pictures, check_settings
 from trainer.training.descent import descend
 from trainer.training.figures import figures_of
+from trainer.training.health import health_of
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
@@ -107,33 +108,24 @@ def train(
             batch, azimuths, generator = next(minibatches)
             truth = None if config.loss.pose_supervision == "none" else azimuths
             weights = weights_at(config.loss, step, config.width, config.height)
-            model.train()
-            taken = descend(
-                model,
-                optimiser,
-                config.optimiser.gradient_clip,
-                partial(
-                    forward, model, geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
-                ),
+            look = partial(
+                forward, model, geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
             )
+            model.train()
+            taken = descend(model, optimiser, config.optimiser.gradient_clip, look)
             step += 1
             if taken is None:
                 skipped += 1
-                journal.note(f"step {step}: the gradient is not finite; the step was skipped")
-                if skipped >= MOST_SKIPPED_STEPS:
-                    raise DataError(
-                        f"Expected finite gradients, found none in {skipped} steps in a row, the last at step {step}. "
-                        "Lower --optimiser.learning-rate, and look at the pictures; the checkpoint in "
-                        f"{run_directory}, if there is one, is from before."
-                    )
+                _note_skipped(journal, step, skipped)
             else:
                 skipped = 0
                 last_step = step == config.optimiser.steps
-                if step % intervals.log == 0 or last_step:
-                    figures = figures_of(*taken)
+                closer = step % intervals.preview == 0
+                if step % intervals.log == 0 or closer or last_step:
+                    figures = figures_of(*taken) | (health_of(model, scene, shown, look) if closer else {})
                     journal.log(step, figures)
                     report(step, figures)
-                if step % intervals.preview == 0 or last_step:
+                if closer or last_step:
                     journal.preview(step, model, scene, shown)
             if step % intervals.checkpoint == 0:
                 save_checkpoint(run_directory / FILE_NAME, checkpoint())
@@ -141,6 +133,17 @@ def train(
         save_checkpoint(run_directory / FILE_NAME, last)
     model.eval()
     return last
+
+
+def _note_skipped(journal: Journal, step: int, in_a_row: int) -> None:
+    """Raises DataError where too many steps in a row were skipped."""
+    journal.note(f"step {step}: the gradient is not finite; the step was skipped")
+    if in_a_row >= MOST_SKIPPED_STEPS:
+        raise DataError(
+            f"Expected finite gradients, found none in {in_a_row} steps in a row, the last at step {step}. "
+            "Lower --optimiser.learning-rate, and look at the pictures; the checkpoint in "
+            f"{journal.directory}, if there is one, is from before."
+        )
 
 
 def _check_same(

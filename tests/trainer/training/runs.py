@@ -23,9 +23,14 @@ def silent(step: int, figures: dict[str, float]) -> None:
 
 
 def run(
-    config: TrainConfig, images: ImageSet, directory: Path, resume: bool = False, report: Report = silent
+    config: TrainConfig,
+    images: ImageSet,
+    directory: Path,
+    resume: bool = False,
+    report: Report = silent,
+    intervals: Intervals = EVERY_STEP,
 ) -> Checkpoint:
-    return train(config, images, "chair", directory, EVERY_STEP, resume, report, {"images": "here"})
+    return train(config, images, "chair", directory, intervals, resume, report, {"images": "here"})
 
 
 def with_steps(config: TrainConfig, steps: int) -> TrainConfig:
