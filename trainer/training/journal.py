@@ -1,7 +1,7 @@
 """What a training leaves in its run directory while it runs.
 
 config.json          the resolved settings
-metrics.jsonl        one JSON object per logged step: trainer.training.figures, and with every preview trainer.training.health
+metrics.jsonl        one JSON object per logged step: `figures_of`, and with every preview `health_of`
 log.txt              what happened, one line each
 tensorboard/         the same figures, for TensorBoard
 previews/*.png       held-out pictures, their reconstructions, and the same shapes from three other sides
