@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int64
+from jaxtyping import Bool, Float, Int64
 
 
 class BaseMesh(NamedTuple):
@@ -52,3 +52,13 @@ def vertex_neighbours(faces: Int64[np.ndarray, "F 3"], vertex_count: int) -> Flo
     degree = adjacency.sum(1, keepdims=True)
     weights: Float[np.ndarray, "V V"] = np.divide(adjacency, degree, out=np.zeros_like(adjacency), where=degree > 0)
     return weights
+
+
+def underside(vertices: Float[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3"]) -> Bool[np.ndarray, "V"]:
+    """Which vertices all of whose faces look straight down: no camera above the horizon sees them."""
+    corner, along, beside = (vertices[faces[:, k]] for k in range(3))
+    normals = np.cross(along - corner, beside - corner)
+    down = normals[:, 1] < -(1 - 1e-6) * np.linalg.norm(normals, axis=1)
+    seen = np.zeros(len(vertices), bool)
+    seen[faces[~down]] = True
+    return ~seen

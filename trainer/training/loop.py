@@ -1,5 +1,6 @@
 """Training: batch → loss → Adam → checkpoint, until the steps are done or somebody stops it."""
 
+import math
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -13,11 +14,11 @@ import torch
 from jaxtyping import Int64
 from torch import Tensor
 
-from trainer.config import SceneConfig, TrainConfig
+from trainer.config import LossConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.data.source import FolderPictures, PictureSource
 from trainer.errors import ConfigError, DataError
-from trainer.geometry.topology import vertex_neighbours
+from trainer.geometry.topology import underside, vertex_neighbours
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.vae import Model
 from trainer.rendering.cpu import topology_of
@@ -86,7 +87,7 @@ def train(
         raise ConfigError(
             f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
         )
-    geometry = fixed_geometry(model)
+    geometry = fixed_geometry(model, scene, config.loss)
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     shown = source.shown()
     began, step, skipped = time.monotonic(), start, 0
@@ -207,9 +208,12 @@ def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dt
             return torch.bfloat16 if able.get("avx512_bf16") or able.get("amx_bf16") else torch.float32
 
 
-def fixed_geometry(model: Model) -> FixedGeometry:
+def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> FixedGeometry:
     if isinstance(model.decoder, BlockDecoder):
         return FixedGeometry(topology_of(model.faces), None)
-    count = len(model.decoder.base_vertices)
-    neighbours = vertex_neighbours(model.faces.numpy(), count)
-    return FixedGeometry(topology_of(model.faces), torch.as_tensor(np.eye(count) - neighbours, dtype=torch.float32))
+    vertices, faces = model.decoder.base_vertices.numpy(), model.faces.numpy()
+    laplacian = np.eye(len(vertices)) - vertex_neighbours(faces, len(vertices))
+    if scene.camera.elevation_degrees > 0:
+        # The term is squared.
+        laplacian[underside(vertices, faces)] *= math.sqrt(config.laplacian_underside)
+    return FixedGeometry(topology_of(model.faces), torch.as_tensor(laplacian, dtype=torch.float32))

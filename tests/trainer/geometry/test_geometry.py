@@ -7,11 +7,14 @@ import pytest
 import torch
 
 from rasteriser.topology import build_topology
+from trainer.config import CameraConfig, LossConfig, ModelConfig, SceneConfig
 from trainer.geometry.blocks import chamfered_cube, loose_cluster
 from trainer.geometry.conventions import euler_rotation, rotation_about_y, wrap_angle
 from trainer.geometry.normals import vertex_normals
-from trainer.geometry.topology import subdivided_cube, vertex_neighbours
+from trainer.geometry.topology import subdivided_cube, underside, vertex_neighbours
 from trainer.model.decoder import SubdivisionDecoder
+from trainer.model.vae import Model
+from trainer.training.loop import fixed_geometry
 
 
 @pytest.mark.parametrize("segments", [1, 2, 3, 4, 7])
@@ -123,3 +126,26 @@ def test_a_new_decoder_starts_at_the_base_mesh() -> None:
     base = subdivided_cube(4, 0.4)
     vertices = SubdivisionDecoder(12, 32, base)(torch.randn(5, 12)).detach().numpy()
     assert np.abs(vertices - base.vertices).max() < 0.05
+
+
+@pytest.mark.parametrize("segments", [1, 2, 4])
+def test_the_underside_is_the_bottom_without_its_rim(segments: int) -> None:
+    vertices, faces = subdivided_cube(segments)
+    found = vertices[underside(vertices, faces)]
+    assert len(found) == (segments - 1) ** 2
+    np.testing.assert_allclose(found[:, 1], -0.5)
+    assert (np.abs(found[:, [0, 2]]) < 0.49).all()
+
+
+def test_the_underside_weighs_more_in_the_laplacian_where_no_camera_sees_it() -> None:
+    model = Model(ModelConfig(segments=4), 32, 24)
+    above, below = SceneConfig(), SceneConfig(camera=CameraConfig(elevation_degrees=-10.0))
+    plain = fixed_geometry(model, above, LossConfig()).laplacian
+    heavy = fixed_geometry(model, above, LossConfig(laplacian_underside=9.0)).laplacian
+    seen = fixed_geometry(model, below, LossConfig(laplacian_underside=9.0)).laplacian
+    assert plain is not None
+    assert heavy is not None
+    assert seen is not None
+    ratio = heavy.square().sum(1) / plain.square().sum(1)
+    np.testing.assert_allclose(sorted(ratio.tolist()), [1.0] * 89 + [9.0] * 9, rtol=1e-5)
+    assert torch.equal(seen, plain)

@@ -33,7 +33,16 @@ def look(model: Model, config: TrainConfig, images: ImageSet) -> StepResult:
     weights = weights_at(config.loss, 0, config.width, config.height)
     generator = torch.Generator().manual_seed(0)
     batch = images.batch(np.arange(8))
-    return forward(model, fixed_geometry(model), images.scene, config.loss, weights, batch, None, generator)
+    return forward(
+        model,
+        fixed_geometry(model, images.scene, config.loss),
+        images.scene,
+        config.loss,
+        weights,
+        batch,
+        None,
+        generator,
+    )
 
 
 def test_the_gradients_of_the_terms_are_those_of_the_loss(model: Model, config: TrainConfig, images: ImageSet) -> None:
