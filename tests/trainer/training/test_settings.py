@@ -40,8 +40,7 @@ class Setting:
 # The shapes stay alike and smooth at first: with weak priors from the start, 48 pictures are learnt by heart.
 PRIORS: dict[str, Any] = {"kl_weight": 8.0, "kl_weight_start": 124.0, "laplacian_weight_start": 2000.0}
 UNTOLD = {"pose_supervision": "none"}
-MANY = {"batch_size": 48, "steps": 300}
-TURNED = {"batch_size": 32, "steps": 250}
+LONGER = {"batch_size": 32, "steps": 250}
 SETTINGS = {
     "subdivision": Setting(),
     "subdivision of 3 segments": Setting(model={"segments": 3}),
@@ -49,16 +48,16 @@ SETTINGS = {
     "full-block": Setting(model={"parameterisation": "full-block"}),
     "white": Setting(WHITE),
     "silhouette": Setting(loss={"kind": "silhouette"}),
-    "varying colour": Setting(rotate_lights=True, model={"light": "varying"}, optimiser=TURNED),
-    "varying white": Setting(WHITE, rotate_lights=True, model={"light": "varying"}, optimiser=TURNED),
+    "varying colour": Setting(rotate_lights=True, model={"light": "varying"}, optimiser=LONGER),
+    "varying white": Setting(WHITE, rotate_lights=True, model={"light": "varying"}, optimiser=LONGER),
     "varying colour, paper's objective": Setting(
-        rotate_lights=True, model={"light": "varying"}, loss={"objective": "paper"}, optimiser=TURNED | {"steps": 400}
+        rotate_lights=True, model={"light": "varying"}, loss={"objective": "paper"}, optimiser=LONGER | {"steps": 400}
     ),
     "three views": Setting(optimiser={"views_per_instance": 3, "batch_size": 24}),
     "latent of 1": Setting(model={"latent": 1}),
     "latent of 40": Setting(model={"latent": 40}),
-    "no poses": Setting(loss=UNTOLD, optimiser=MANY),
-    "no poses, varying colour": Setting(rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=MANY),
+    "no poses": Setting(loss=UNTOLD, optimiser=LONGER),
+    "no poses, varying colour": Setting(rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=LONGER),
 }
 
 
