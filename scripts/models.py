@@ -5,8 +5,9 @@
     OUTPUT/<model>/                 the bundles
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
 
-Candidates are compared on validation pictures; test pictures and real meshes are only looked at afterwards. The same
-command goes on where it was interrupted. Everything goes through the command lines that a user has.
+Candidates are compared on validation pictures; test pictures and real meshes are only looked at afterwards. Each model
+is there as soon as its candidates are trained, and the same command goes on where it was interrupted. Everything goes
+through the command lines that a user has.
 """
 
 import argparse
@@ -112,19 +113,22 @@ def main() -> int:
     threads = ThreadPoolExecutor(arguments.workers)
     try:
         trainings = {
-            threads.submit(train, workshop, model, parameterisation): f"{model.name}, {parameterisation}"
+            threads.submit(train, workshop, model, parameterisation): (model, parameterisation)
             for model in models
             for parameterisation in model.parameterisations
         }
+        left = {model.name: len(model.parameterisations) for model in models}
         for training in as_completed(trainings):
             training.result()
-            print(f"trained  {trainings[training]}", flush=True)
+            model, parameterisation = trainings[training]
+            print(f"trained  {model.name}, {parameterisation}", flush=True)
+            left[model.name] -= 1
+            if not left[model.name]:
+                publish(workshop, model, arguments.real_meshes / model.category)
+                write_figures(workshop)
     finally:
         # After a failure or Ctrl-C, those that run save and end, and no other begins.
         threads.shutdown(cancel_futures=True)
-    for model in models:
-        publish(workshop, model, arguments.real_meshes / model.category)
-    write_figures(workshop)
     return 0
 
 
