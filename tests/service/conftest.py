@@ -125,7 +125,7 @@ def serving() -> Serving:
     @contextmanager
     def serve(app: FastAPI) -> Iterator[httpx.Client]:
         with socket.create_server(("127.0.0.1", 0)) as listener:
-            server = uvicorn.Server(uvicorn.Config(app, log_level="critical"))
+            server = uvicorn.Server(uvicorn.Config(app, http="h11", log_level="critical"))
             thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
             thread.start()
             try:
