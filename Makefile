@@ -45,7 +45,7 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 	rm -rf out/demo
 	$(BIN)/python scripts/demo.py --output out/demo
 
-models: install  ## train, choose, judge and export all models that ship (models; about two hours, goes on where it was)
+models: install  ## train, choose, judge and export all models that ship (models; two to three hours, goes on where it was)
 	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
 
 # Two processes share the tests; threads that wait for work must then sleep, or each takes the other's core.

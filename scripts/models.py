@@ -5,9 +5,9 @@
     OUTPUT/<model>/                 the bundles
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
 
-Candidates are compared on validation pictures; test pictures and real meshes are only looked at afterwards. Each model
-is there as soon as its candidates are trained, and the same command goes on where it was interrupted. Everything goes
-through the command lines that a user has.
+Candidates are trained for a while and compared on validation pictures, and the best goes on to the end; test pictures
+and real meshes are only looked at afterwards. Each model is there as soon as its training has ended, and the same
+command goes on where it was interrupted. Everything goes through the command lines that a user has.
 """
 
 import argparse
@@ -24,8 +24,10 @@ from command import run
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.data.writing import write_bytes
 
-PRESET = "demo"
+PRESET = "quick"
+SCREENING_STEPS, STEPS = 500, 1000
 VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
+PARAMETERISATIONS = ("subdivision", "full-block")
 PAGE = (
     "# The models",
     "",
@@ -46,6 +48,7 @@ FIGURES = (
     "symmetric_azimuth_accuracy",
     "flipped",
     "light_error_degrees",
+    "azimuth_calibration_error",
     "chamfer_distance",
     "objects",
     "pictures",
@@ -54,13 +57,13 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class Model:
-    """What ships under a name, and what is tried for it."""
+    """What ships under a name."""
 
     name: str
     category: str
     rig: str = "colour"
     rotate_lights: bool = False
-    parameterisations: tuple[str, ...] = ("subdivision", "ortho-block")
+    candidates: tuple[str, ...] = PARAMETERISATIONS
     options: tuple[str, ...] = field(default=())
     """More options of the training."""
 
@@ -69,10 +72,12 @@ class Model:
         return f"{self.rig}{'-turning' if self.rotate_lights else ''}"
 
 
+# What cars in the usual light are best made of, too.
+CARS = ("subdivision",)
 MODELS = (
     *(Model(category, category) for category in CATEGORIES),
-    Model("car-varying-light", "car", rotate_lights=True, options=("--model.light", "varying")),
-    Model("car-white-light", "car", rig="white"),
+    Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
+    Model("car-white-light", "car", rig="white", candidates=CARS),
 )
 
 
@@ -80,14 +85,16 @@ MODELS = (
 class Workshop:
     work: Path
     output: Path
+    real_meshes: Path
     pictures: int
+    screening_steps: int
     steps: int
 
-    def folder(self, model: Model, part: str) -> Path:
+    def pictures_of(self, model: Model, part: str) -> Path:
         return self.work / "pictures" / model.category / model.light / part
 
-    def run_directory(self, model: Model, parameterisation: str) -> Path:
-        return self.work / "runs" / model.name / parameterisation
+    def run_directory(self, model: Model, candidate: str) -> Path:
+        return self.work / "runs" / model.name / candidate
 
     def bundle(self, model: Model) -> Path:
         """Those of other lights stand apart: the service takes one model of a category."""
@@ -101,35 +108,42 @@ def main() -> int:
     parser.add_argument("--only", nargs="*", default=[model.name for model in MODELS], help="names of models to make")
     parser.add_argument("--real-meshes", type=Path, default=Path("../shared/meshes"), help="mesh files, if any")
     parser.add_argument("--pictures", type=int, default=4000, help="training pictures, one of each object")
-    parser.add_argument("--steps", type=int, default=0, help="training steps; 0 means the preset's")
-    parser.add_argument("--workers", type=int, default=2, help="trainings at once, one thread each")
+    parser.add_argument("--screening-steps", type=int, default=SCREENING_STEPS, help="training steps of each candidate")
+    parser.add_argument("--steps", type=int, default=STEPS, help="training steps of the best")
+    parser.add_argument("--workers", type=int, default=2, help="models made at once, one thread each")
     arguments = parser.parse_args()
     if unknown := set(arguments.only) - {model.name for model in MODELS}:
         parser.error(f"expected names among {', '.join(model.name for model in MODELS)}; found {', '.join(unknown)}")
     models = [model for model in MODELS if model.name in arguments.only]
-    workshop = Workshop(arguments.work, arguments.output, arguments.pictures, arguments.steps)
-    for model in models:
-        render(workshop, model)
+    workshop = Workshop(
+        arguments.work,
+        arguments.output,
+        arguments.real_meshes,
+        arguments.pictures,
+        min(arguments.screening_steps, arguments.steps),
+        arguments.steps,
+    )
     threads = ThreadPoolExecutor(arguments.workers)
     try:
-        trainings = {
-            threads.submit(train, workshop, model, parameterisation): (model, parameterisation)
-            for model in models
-            for parameterisation in model.parameterisations
-        }
-        left = {model.name: len(model.parameterisations) for model in models}
-        for training in as_completed(trainings):
-            training.result()
-            model, parameterisation = trainings[training]
-            print(f"trained  {model.name}, {parameterisation}", flush=True)
-            left[model.name] -= 1
-            if not left[model.name]:
-                publish(workshop, model, arguments.real_meshes / model.category)
-                write_figures(workshop)
+        for made in as_completed([threads.submit(make, workshop, model) for model in models]):
+            name, figures = made.result()
+            write_figures(workshop.output, name, figures)
+            print(f"made     {name}: {figures['parameterisation']}, IoU {figures['test']['iou']:.2f}", flush=True)
     finally:
         # After a failure or Ctrl-C, those that run save and end, and no other begins.
         threads.shutdown(cancel_futures=True)
     return 0
+
+
+def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
+    """A model's name and figures; its bundle is written."""
+    render(workshop, model)
+    for candidate in model.candidates:
+        train(workshop, model, candidate, workshop.screening_steps)
+    found = {candidate: screened(workshop, model, candidate) for candidate in model.candidates}
+    chosen = max(found, key=lambda candidate: found[candidate])
+    train(workshop, model, chosen, workshop.steps)
+    return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
 
 
 def render(workshop: Workshop, model: Model) -> None:
@@ -137,76 +151,57 @@ def render(workshop: Workshop, model: Model) -> None:
     for seed, (part, count) in enumerate(parts):
         lights = ["--rig", model.rig, *(["--rotate-lights"] if model.rotate_lights else [])]
         run("trainer", "render", "--class", model.category, "--seed", seed, "--instances", count,
-            "--output", workshop.folder(model, part), *lights)  # fmt: skip
+            "--output", workshop.pictures_of(model, part), *lights, quiet=True)  # fmt: skip
 
 
-def training_options(model: Model, parameterisation: str) -> list[str]:
-    return ["--class", model.category, "--model.parameterisation", parameterisation, *model.options]
+def training_options(model: Model, candidate: str) -> list[str]:
+    return ["--class", model.category, "--model.parameterisation", candidate, *model.options]
 
 
-def train(workshop: Workshop, model: Model, parameterisation: str) -> None:
-    directory = workshop.run_directory(model, parameterisation)
-    steps = ["--optimiser.steps", str(workshop.steps)] if workshop.steps else []
+def train(workshop: Workshop, model: Model, candidate: str, steps: int) -> None:
+    """Trains to that step, from where it was."""
+    directory = workshop.run_directory(model, candidate)
     if (directory / "checkpoint.safetensors").exists():
-        options = ["--resume", *steps]
+        if progress(directory)["step"] >= steps:
+            return
+        options = ["--resume"]
     else:
-        options = ["--preset", PRESET, *training_options(model, parameterisation), *steps]
-    images = workshop.folder(model, "train")
-    run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, *options, quiet=True)
+        options = ["--preset", PRESET, *training_options(model, candidate)]
+    images = workshop.pictures_of(model, "train")
+    run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
+        *options, quiet=True)  # fmt: skip
 
 
-def publish(workshop: Workshop, model: Model, real_meshes: Path) -> None:
-    """Chooses a model's candidate on validation pictures, judges it, and writes its bundle."""
-    validation = workshop.folder(model, "validation")
-    found = {
-        parameterisation: judge(
-            workshop.run_directory(model, parameterisation), "validation", validation, "--images", validation
-        )
-        for parameterisation in model.parameterisations
-    }
-    chosen = max(found, key=lambda parameterisation: found[parameterisation]["iou"])
+def screened(workshop: Workshop, model: Model, candidate: str) -> float:
+    """A candidate's IoU on validation pictures after the first steps."""
+    directory, validation = workshop.run_directory(model, candidate), workshop.pictures_of(model, "validation")
+    if not (directory / "screening" / "metrics.json").exists():
+        judge(directory, "screening", validation, "--images", validation)
+    figures = json.loads((directory / "screening" / "metrics.json").read_text())
+    return float(figures["iou"])
+
+
+def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
+    """Judges a model and writes its bundle."""
     directory, bundle = workshop.run_directory(model, chosen), workshop.bundle(model)
-    figures = judge(directory, "test", validation, "--images", workshop.folder(model, "test"))
+    validation = workshop.pictures_of(model, "validation")
+    test = judge(directory, "test", validation, "--images", workshop.pictures_of(model, "test"))
     run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
-        "--images", validation)  # fmt: skip
+        "--images", validation, quiet=True)  # fmt: skip
     run("trainer", "sample", "--checkpoint", directory, "--output", directory / "samples.png", quiet=True)
-    command = ["python", "-m", "trainer", "train", "--preset", PRESET, *training_options(model, chosen)]
-    summary: dict[str, Any] = {
-        "command": shlex.join([*command, "--images", "PICTURES", "--run", "RUN"]),
+    options = ["--preset", PRESET, "--optimiser.steps", str(workshop.steps), *training_options(model, chosen)]
+    command = ["python", "-m", "trainer", "train", *options, "--images", "PICTURES", "--run", "RUN"]
+    figures: dict[str, Any] = {
+        "command": shlex.join(command),
         "parameterisation": chosen,
         "training_seconds": progress(directory)["seconds"],
         "bundle_bytes": sum(file.stat().st_size for file in bundle.iterdir()),
-        "validation_iou": {name: one["iou"] for name, one in found.items()},
-        "test": {name: figures[name] for name in FIGURES},
+        "test": {name: test[name] for name in FIGURES},
     }
-    if real_meshes.is_dir():
+    if (real_meshes := workshop.real_meshes / model.category).is_dir():
         real = judge(directory, "real", validation, "--meshes", real_meshes)
-        summary["real_meshes"] = {name: real[name] for name in FIGURES}
-    write_bytes(workshop.work / "summaries" / f"{model.name}.json", (json.dumps(summary, indent=2) + "\n").encode())
-
-
-def write_figures(workshop: Workshop) -> None:
-    """One page and one JSON file of all models that have been made so far."""
-    made = {
-        model.name: path for model in MODELS if (path := workshop.work / "summaries" / f"{model.name}.json").exists()
-    }
-    figures = {name: json.loads(path.read_text()) for name, path in made.items()}
-    write_bytes(workshop.output / "figures.json", (json.dumps(figures, indent=2) + "\n").encode())
-    titles = ["IoU", "mean", "nearest", "error", "within 30°"]
-    columns = ["model", "shape", *titles, *(f"real: {title}" for title in titles), "kB"]
-    lines = [*PAGE, f"| {' | '.join(columns)} |", f"|{'---|' * len(columns)}"]
-    for name, one in figures.items():
-        real = row_of(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
-        cells = [name, one["parameterisation"], *row_of(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
-        lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "```sh", *(one["command"] for one in figures.values()), "```", ""]
-    write_bytes(workshop.output / "README.md", "\n".join(lines).encode())
-
-
-def row_of(figures: dict[str, Any]) -> list[str]:
-    overlaps = [f"{figures[name]:.2f}" for name in ("iou", "mean_shape_iou", "nearest_neighbour_iou")]
-    error, accuracy = figures["symmetric_azimuth_error_degrees"], figures["symmetric_azimuth_accuracy"]
-    return [*overlaps, f"{error:.1f}°", f"{accuracy:.2f}"]
+        figures["real_meshes"] = {name: real[name] for name in FIGURES}
+    return figures
 
 
 def judge(directory: Path, name: str, validation: Path, *subjects: object) -> dict[str, Any]:
@@ -223,6 +218,29 @@ def progress(directory: Path) -> dict[str, Any]:
     """A training's last step, and its figures."""
     last: dict[str, Any] = json.loads((directory / "metrics.jsonl").read_text().splitlines()[-1])
     return last
+
+
+def write_figures(output: Path, name: str, figures: dict[str, Any]) -> None:
+    """One page and one JSON file of all models that are there."""
+    path = output / "figures.json"
+    known = {**(json.loads(path.read_text()) if path.exists() else {}), name: figures}
+    known = {model.name: known[model.name] for model in MODELS if model.name in known}
+    write_bytes(path, (json.dumps(known, indent=2) + "\n").encode())
+    titles = ["IoU", "mean", "nearest", "error", "within 30°"]
+    columns = ["model", "shape", *titles, *(f"real: {title}" for title in titles), "kB"]
+    lines = [*PAGE, f"| {' | '.join(columns)} |", f"|{'---|' * len(columns)}"]
+    for model, one in known.items():
+        real = row_of(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
+        cells = [model, one["parameterisation"], *row_of(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
+        lines.append(f"| {' | '.join(cells)} |")
+    lines += ["", "```sh", *(one["command"] for one in known.values()), "```", ""]
+    write_bytes(output / "README.md", "\n".join(lines).encode())
+
+
+def row_of(figures: dict[str, Any]) -> list[str]:
+    overlaps = [f"{figures[name]:.2f}" for name in ("iou", "mean_shape_iou", "nearest_neighbour_iou")]
+    error, accuracy = figures["symmetric_azimuth_error_degrees"], figures["symmetric_azimuth_accuracy"]
+    return [*overlaps, f"{error:.1f}°", f"{accuracy:.2f}"]
 
 
 if __name__ == "__main__":

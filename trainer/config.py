@@ -133,9 +133,10 @@ class LossConfig:
     blocks have no such displacements, and this no effect."""
     laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
-    laplacian_underside: float = 1.0
+    laplacian_underside: float = 30.0
     """How many times as much that term weighs at the vertices of the base cube's underside, without its rim. A camera
-    above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in."""
+    above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, and with 100 legs
+    no longer part."""
     antialias: Literal["contours", "borders"] = "contours"
     """Where renderings, and so their gradients, are exact: at `contours`; or at all `borders` that show, also creases
     and lines where faces interpenetrate (truer, slower, and for cars no better)."""

@@ -140,7 +140,7 @@ def test_the_underside_is_the_bottom_without_its_rim(segments: int) -> None:
 def test_the_underside_weighs_more_in_the_laplacian_where_no_camera_sees_it() -> None:
     model = Model(ModelConfig(segments=4), 32, 24)
     above, below = SceneConfig(), SceneConfig(camera=CameraConfig(elevation_degrees=-10.0))
-    plain = fixed_geometry(model, above, LossConfig()).laplacian
+    plain = fixed_geometry(model, above, LossConfig(laplacian_underside=1.0)).laplacian
     heavy = fixed_geometry(model, above, LossConfig(laplacian_underside=9.0)).laplacian
     seen = fixed_geometry(model, below, LossConfig(laplacian_underside=9.0)).laplacian
     assert plain is not None

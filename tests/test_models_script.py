@@ -1,0 +1,104 @@
+"""`make models`, with commands that only pretend: what is trained, how long, and what is chosen."""
+
+import importlib.util
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+OVERLAPS = {"subdivision": 0.3, "full-block": 0.4}
+
+
+class Commands:
+    """What is asked for, in order; trainings and judgements leave the files that the script reads."""
+
+    def __init__(self, figures: tuple[str, ...]) -> None:
+        self.figures = figures
+        self.trained: list[tuple[str, int, bool]] = []
+        self.judged: list[str] = []
+
+    def __call__(self, module: str, *arguments: object, quiet: bool = False) -> None:
+        options = dict(zip(map(str, arguments), arguments[1:], strict=False))
+        if module == "exporter":
+            bundle = Path(str(options["--output"]))
+            bundle.mkdir(parents=True, exist_ok=True)
+            (bundle / "manifest.json").write_text(str(options["--checkpoint"]))
+        elif arguments[0] == "train":
+            directory, steps = Path(str(options["--run"])), int(str(options["--optimiser.steps"]))
+            self.trained.append((directory.name, steps, "--resume" in arguments))
+            directory.mkdir(parents=True, exist_ok=True)
+            (directory / "checkpoint.safetensors").touch()
+            (directory / "metrics.jsonl").write_text(json.dumps({"step": steps, "seconds": 1.0}) + "\n")
+        elif arguments[0] == "evaluate":
+            directory, output = Path(str(options["--checkpoint"])), Path(str(options["--output"]))
+            self.judged.append(output.name)
+            step = json.loads((directory / "metrics.jsonl").read_text())["step"]
+            output.mkdir(parents=True, exist_ok=True)
+            told = {**dict.fromkeys(self.figures, 0.5), "iou": OVERLAPS[directory.name], "step": step}
+            (output / "metrics.json").write_text(json.dumps(told))
+
+
+@pytest.fixture
+def script(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    specification = importlib.util.spec_from_file_location("models_script", SCRIPTS / "models.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    monkeypatch.setitem(sys.modules, "models_script", module)
+    specification.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Commands]:
+    def made(*options: str) -> Commands:
+        commands = Commands(script.FIGURES)
+        monkeypatch.setattr(script, "run", commands)
+        folders = ["--output", tmp_path / "models", "--work", tmp_path / "work", "--real-meshes", tmp_path / "none"]
+        monkeypatch.setattr(sys, "argv", ["models.py", *map(str, folders), *options])
+        assert script.main() == 0
+        return commands
+
+    return made
+
+
+def test_all_candidates_begin_and_the_best_goes_on(make: Callable[..., Commands], tmp_path: Path) -> None:
+    commands = make("--only", "chair", "--screening-steps", "20", "--steps", "50")
+    assert commands.trained == [("subdivision", 20, False), ("full-block", 20, False), ("full-block", 50, True)]
+    assert commands.judged == ["screening", "screening", "test"]
+    assert (tmp_path / "models/chair/manifest.json").read_text().endswith("runs/chair/full-block")
+    figures = _figures(tmp_path)["chair"]
+    assert figures["parameterisation"] == "full-block"
+    assert figures["screened_iou"] == OVERLAPS
+    assert "--optimiser.steps 50 --class chair --model.parameterisation full-block" in figures["command"]
+
+
+def test_what_is_there_is_not_made_again_but_trained_longer(make: Callable[..., Commands], tmp_path: Path) -> None:
+    make("--only", "chair", "--screening-steps", "20", "--steps", "50")
+    again = make("--only", "chair", "--screening-steps", "20", "--steps", "50")
+    assert not again.trained
+    assert not again.judged
+    longer = make("--only", "chair", "--screening-steps", "20", "--steps", "80")
+    assert longer.trained == [("full-block", 80, True)]
+    assert longer.judged == ["test"]
+
+
+def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
+    make("--only", "jar", "car-white-light")
+    make("--only", "chair")
+    assert list(_figures(tmp_path)) == ["chair", "jar", "car-white-light"]
+    page = (tmp_path / "models/README.md").read_text()
+    assert page.count("| chair | full-block | 0.40 |") == page.count("| jar |") == 1
+    assert (tmp_path / "models-light/car-white-light/manifest.json").exists()
+    assert not (tmp_path / "models/car-white-light").exists()
+
+
+def _figures(folder: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads((folder / "models/figures.json").read_text())
+    return read
