@@ -15,7 +15,7 @@ import json
 import shlex
 import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from trainer.data.writing import write_bytes
 PRESET = "quick"
 SCREENING_STEPS, STEPS = 500, 1000
 VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
-PARAMETERISATIONS = ("subdivision", "full-block")
+PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
 PAGE = (
     "# The models",
     "",
@@ -63,7 +63,7 @@ class Model:
     category: str
     rig: str = "colour"
     rotate_lights: bool = False
-    candidates: tuple[str, ...] = PARAMETERISATIONS
+    candidates: tuple[str, ...] = ("subdivision", "full-block")
     options: tuple[str, ...] = field(default=())
     """More options of the training."""
 
@@ -106,6 +106,7 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=Path("models"), help="folder for the bundles")
     parser.add_argument("--work", type=Path, default=Path("out/models"), help="folder for pictures and trainings")
     parser.add_argument("--only", nargs="*", default=[model.name for model in MODELS], help="names of models to make")
+    parser.add_argument("--candidates", nargs="*", choices=PARAMETERISATIONS, help="by default each model's own")
     parser.add_argument("--real-meshes", type=Path, default=Path("../shared/meshes"), help="mesh files, if any")
     parser.add_argument("--pictures", type=int, default=4000, help="training pictures, one of each object")
     parser.add_argument("--screening-steps", type=int, default=SCREENING_STEPS, help="training steps of each candidate")
@@ -115,6 +116,8 @@ def main() -> int:
     if unknown := set(arguments.only) - {model.name for model in MODELS}:
         parser.error(f"expected names among {', '.join(model.name for model in MODELS)}; found {', '.join(unknown)}")
     models = [model for model in MODELS if model.name in arguments.only]
+    if arguments.candidates:
+        models = [replace(model, candidates=tuple(arguments.candidates)) for model in models]
     workshop = Workshop(
         arguments.work,
         arguments.output,
@@ -138,10 +141,12 @@ def main() -> int:
 def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
     """A model's name and figures; its bundle is written."""
     render(workshop, model)
-    for candidate in model.candidates:
-        train(workshop, model, candidate, workshop.screening_steps)
-    found = {candidate: screened(workshop, model, candidate) for candidate in model.candidates}
-    chosen = max(found, key=lambda candidate: found[candidate])
+    found: dict[str, float] = {}
+    if len(model.candidates) > 1:
+        for candidate in model.candidates:
+            train(workshop, model, candidate, workshop.screening_steps)
+            found[candidate] = screened(workshop, model, candidate)
+    chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
     train(workshop, model, chosen, workshop.steps)
     return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
 

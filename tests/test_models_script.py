@@ -89,6 +89,13 @@ def test_what_is_there_is_not_made_again_but_trained_longer(make: Callable[..., 
     assert longer.judged == ["test"]
 
 
+def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Commands], tmp_path: Path) -> None:
+    commands = make("--only", "chair", "--candidates", "subdivision", "--steps", "50")
+    assert commands.trained == [("subdivision", 50, False)]
+    assert commands.judged == ["test"]
+    assert _figures(tmp_path)["chair"]["screened_iou"] == {}
+
+
 def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
     make("--only", "jar", "car-white-light")
     make("--only", "chair")
