@@ -12,7 +12,7 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo models test check serve bench-render bench-service
+.PHONY: help install install-service demo models test test-tools check serve bench-render bench-service
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -49,11 +49,14 @@ models: install  ## train, choose, judge and export all models that ship (models
 	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
 
 # Two processes share the tests; threads that wait for work must then sleep, or each takes the other's core.
-test: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed  ## install everything and run all tests
+test: install  ## install everything and run all tests
+	@$(BIN)/python scripts/compile_kernels.py & $(MAKE) --no-print-directory test-tools && wait $$!
+	OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
+
+test-tools: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed
 	@scripts/install_egl.sh $(BIN)/python
 	@tests/service/page/install_browser.sh $(BIN)/python
 	@tests/service/install_proxy.sh
-	OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
 
 # The Khronos validator of GLB files, and the checker of the page's accessibility, at the versions that are locked.
 tests/%/node_modules/.installed: tests/%/package-lock.json
