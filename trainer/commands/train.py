@@ -8,6 +8,7 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from trainer import processes
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.config import SceneConfig, TrainConfig
@@ -19,7 +20,7 @@ from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import load_preset, preset_names, preset_setting
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
-from trainer.training.checks import check_category, check_intervals, check_settings
+from trainer.training.checks import check_category, check_intervals, check_processes, check_settings
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 from trainer.training.threads import limit_threads
@@ -32,7 +33,8 @@ class TrainCommand:
     The pictures are those of a folder (--images), or are drawn for each step, from another side each time: of a
     procedural class (--class alone), of mesh files (--meshes) or of ShapeNet (--shapenet).
     Writes into the run directory: config.json, metrics.jsonl, tensorboard/, previews/ and checkpoint.safetensors.
-    Ctrl-C saves and stops; --resume goes on from there.
+    Ctrl-C saves and stops; --resume goes on from there. `torchrun --nproc-per-node N -m -- trainer train …`
+    starts N processes, also on several machines, that share every batch and compute what one would.
     """
 
     images: Path | None
@@ -73,10 +75,16 @@ class TrainCommand:
     def run(self) -> None:
         check_settings(self.config)
         check_intervals(self.intervals)
+        with processes.joined():
+            self._train()
+
+    def _train(self) -> None:
+        check_processes(self.config.optimiser, processes.count())
         limit_threads(self.threads)
+        first = processes.number() == 0
         category = self._category()
         check_category(category)
-        console = Console(stderr=True)
+        console = Console(stderr=True, quiet=not first)
         source: ImageSet | PictureSource
         provenance: dict[str, Any]
         if self.images is not None:
@@ -84,7 +92,7 @@ class TrainCommand:
             provenance = {"images": str(self.images.resolve())}
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
-            if self.resume or not (self.run_directory / FILE_NAME).exists():
+            if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
         else:
             source = open_fresh(self.fresh, category, self.config)

@@ -19,6 +19,7 @@ from jaxtyping import Float, Float32
 from numpy import ndarray
 from torch import Tensor
 
+from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.mesh_store import MeshStore, Ready
 from trainer.data.picture import draw
@@ -82,15 +83,16 @@ class FreshViews:
             pool.shutdown(cancel_futures=True)
 
     def drawn(self, size: int, seed: int, step: int, views: int = 1) -> Drawn:
-        """The pictures of one step, each `views` consecutive ones of one object.
+        """The pictures of one step, each `views` consecutive ones of one object; this process's share of them.
 
         Raises DataError where none of the objects can be read.
         """
-        rng = np.random.default_rng([seed, step])
+        own = range(size)[processes.share(size)]
         # Allocated by torch: its memory is aligned, so that what is computed from it is the same in every run.
-        pictures, azimuths = torch.empty((size, 3, self.scene.height, self.scene.width)), torch.empty(size)
-        for slot in range(size):
-            if slot % views == 0:
+        pictures, azimuths = torch.empty((len(own), 3, self.scene.height, self.scene.width)), torch.empty(len(own))
+        for slot, place in enumerate(own):
+            if place % views == 0:
+                rng = np.random.default_rng([seed, step, place])
                 found = self._any(rng)
             azimuth, light_azimuth = rng.uniform(-math.pi, math.pi), rng.uniform(0.0, math.pi)
             turned = light_azimuth if self.settings.rotate_lights else 0.0

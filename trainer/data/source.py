@@ -10,6 +10,7 @@ from jaxtyping import Float, Int, Int64
 from numpy import ndarray
 from torch import Tensor
 
+from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.images import ImageSet
 
@@ -49,7 +50,8 @@ class PictureSource(Protocol):
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         """The minibatches of steps `start`, `start` + 1 …, without end; each depends on `seed` and its step alone.
 
-        Of the `size` pictures each `views` consecutive ones show one object; `views` divides `size`.
+        Of the `size` pictures each `views` consecutive ones show one object; `views` divides `size`. Of processes that
+        train together each gets its share of the pictures, and the same generator.
         To be closed: it may hold threads.
         """
 
@@ -88,6 +90,7 @@ class FolderPictures:
                 chosen = batch_indices(self.chosen, size, generator)
             else:
                 chosen = grouped_indices(self.chosen, self.images.instances, size // views, views, generator)
+            chosen = chosen[processes.share(size)]
             yield Minibatch(self.images.batch(chosen), None if azimuths is None else azimuths[chosen], generator)
 
 

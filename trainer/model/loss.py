@@ -11,6 +11,7 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
+from trainer import processes
 from trainer.model.posterior import (
     Posterior,
     azimuth_fine_divergence,
@@ -83,7 +84,7 @@ def training_loss(
 
 def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
     """Σ_r |⟨ρ_r⟩ - 1/R|, Eq. 13: the batch's mean posterior against the uniform prior."""
-    return (rho.mean(0) - 1.0 / rho.shape[1]).abs().sum()
+    return (processes.mean(rho.mean(0)) - 1.0 / rho.shape[1]).abs().sum()
 
 
 def balanced_posterior(evidence: Float[Tensor, "B *bins"], iterations: int) -> Float[Tensor, "B *bins"]:

@@ -4,6 +4,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from trainer import processes
 from trainer.config import ModelConfig
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
@@ -66,6 +67,8 @@ def decoder_of(config: ModelConfig) -> Decoder:
 def sample_normal(
     mean: Float[Tensor, "*N"], deviation: Float[Tensor, "*N"], generator: torch.Generator
 ) -> Float[Tensor, "*N"]:
-    """The reparameterisation trick: a sample whose gradient reaches mean and deviation."""
-    noise = torch.randn(mean.shape, generator=generator, dtype=mean.dtype, device=mean.device)
-    return mean + deviation * noise
+    """The reparameterisation trick: a sample whose gradient reaches mean and deviation. Processes that train together
+    draw the noise of the whole batch, and take their own."""
+    size = len(mean) * processes.count()
+    noise = torch.randn((size, *mean.shape[1:]), generator=generator, dtype=mean.dtype, device=mean.device)
+    return mean + deviation * noise[processes.share(size)]

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Int64
 from torch import Tensor
 
-from trainer.config import LossConfig, ModelConfig, TrainConfig
+from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.errors import ConfigError, DataError
 from trainer.training.intervals import Intervals
@@ -47,6 +47,16 @@ def check_settings(config: TrainConfig) -> None:
                 f"Expected {name} from {low:g} to {high:g}, found {value}. Change the option or the preset."
             )
     _check_together(config)
+
+
+def check_processes(optimiser: OptimiserConfig, count: int) -> None:
+    """Raises ConfigError where so many processes cannot share a batch evenly."""
+    if optimiser.batch_size % (count * optimiser.views_per_instance):
+        raise ConfigError(
+            f"Expected optimiser.batch_size to be a multiple of {count * optimiser.views_per_instance}, found "
+            f"{optimiser.batch_size}: {count} processes share a batch, and an object's pictures stay together. Change "
+            "it, or the number of processes."
+        )
 
 
 def _check_together(config: TrainConfig) -> None:

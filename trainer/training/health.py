@@ -7,6 +7,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.shapes.solid import Mesh, signed_volume
 from trainer.evaluation.gallery import render
@@ -53,7 +54,7 @@ def term_gradients(model: Model, forward: Callable[[], StepResult]) -> dict[str,
         if term.requires_grad:
             gradients = torch.autograd.grad(term, parameters, retain_graph=True, allow_unused=True)
             norms[f"gradient_{name}"] = math.sqrt(
-                sum(float(gradient.square().sum()) for gradient in gradients if gradient is not None)
+                sum(float(processes.mean(gradient).square().sum()) for gradient in gradients if gradient is not None)
             )
     with torch.no_grad():
         for buffer, value in zip(model.buffers(), kept, strict=True):

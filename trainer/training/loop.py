@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,12 +13,15 @@ import numpy as np
 import torch
 from jaxtyping import Int64
 from torch import Tensor
+from torch.nn.parallel import DistributedDataParallel
 
+from trainer import processes
 from trainer.config import LossConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.data.source import FolderPictures, PictureSource
 from trainer.errors import ConfigError, DataError
 from trainer.geometry.topology import underside, vertex_neighbours
+from trainer.model.batch_norm import synchronise
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.vae import Model
 from trainer.rendering.cpu import topology_of
@@ -30,7 +33,7 @@ from trainer.training.checkpoint import (
     restore_optimiser,
     save_checkpoint,
 )
-from trainer.training.checks import check_intervals, check_pictures, check_settings
+from trainer.training.checks import check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.descent import descend
 from trainer.training.figures import figures_of
 from trainer.training.health import health_of
@@ -39,7 +42,7 @@ from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
 from trainer.training.optimiser import adam
 from trainer.training.schedule import weights_at
-from trainer.training.step import FixedGeometry, forward
+from trainer.training.step import FixedGeometry, Step, StepResult, forward
 
 # So many steps in a row without a finite gradient end a training: it will not recover by itself.
 MOST_SKIPPED_STEPS = 20
@@ -61,7 +64,7 @@ def train(
     `report` is called after every logged step with the step and its figures; `provenance` (where the pictures came
     from) is kept in the checkpoint. Ctrl-C finishes the step, saves and returns. A step without a finite gradient
     changes nothing, and is noted. The same seed, pictures, threads and machine give the same result, also through
-    `resume`.
+    `resume`. Processes that train together (`trainer.processes`) all call this; the first of them writes and reports.
 
     Raises:
         ConfigError: settings that do not go together, or a run directory that holds another training.
@@ -71,25 +74,22 @@ def train(
     """
     check_settings(config)
     check_intervals(intervals)
+    check_processes(config.optimiser, processes.count())
     source = _of_folder(config, images) if isinstance(images, ImageSet) else images
     scene = replace(source.scene, width=config.width, height=config.height)
-    torch.manual_seed(config.seed)
-    model = Model(config.model, config.width, config.height)
-    optimiser = adam(model, config.optimiser)
-    start, seconds_before = 0, 0.0
-    if resume:
-        before = load_checkpoint(run_directory)
+    before = load_checkpoint(run_directory) if resume else None
+    if before:
         _check_same(run_directory, before, config, scene, category, source, provenance)
-        model.load_state_dict(before.model.state_dict())
-        restore_optimiser(optimiser, model, before.optimiser_state)
-        start, seconds_before = before.step, before.run["seconds"]
     elif (run_directory / FILE_NAME).exists():
         raise ConfigError(
             f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
         )
+    model, optimiser = _at(before, config)
+    start, seconds_before = (before.step, before.run["seconds"]) if before else (0, 0.0)
     geometry = fixed_geometry(model, scene, config.loss)
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     shown = source.shown()
+    taking, first = stepping(model), processes.number() == 0
     began, step, skipped = time.monotonic(), start, 0
 
     def checkpoint() -> Checkpoint:
@@ -101,19 +101,17 @@ def train(
         return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run)
 
     with (
-        Journal(run_directory, config, start, seconds_before) as journal,
+        Journal(run_directory, config, start, seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
         closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as minibatches,
     ):
-        while step < config.optimiser.steps and not interrupted():
+        while step < config.optimiser.steps and not processes.anywhere(interrupted()):
             batch, azimuths, generator = next(minibatches)
             truth = None if config.loss.pose_supervision == "none" else azimuths
             weights = weights_at(config.loss, step, config.width, config.height)
-            look = partial(
-                forward, model, geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
-            )
+            seen = geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
             model.train()
-            taken = descend(model, optimiser, config.optimiser.gradient_clip, look)
+            taken = descend(model, optimiser, config.optimiser.gradient_clip, partial(taking, *seen))
             step += 1
             if taken is None:
                 skipped += 1
@@ -123,27 +121,52 @@ def train(
                 last_step = step == config.optimiser.steps
                 closer = step % intervals.preview == 0
                 if step % intervals.log == 0 or closer or last_step:
-                    figures = figures_of(*taken) | (health_of(model, scene, shown, look) if closer else {})
-                    journal.log(step, figures)
-                    report(step, figures)
-                if closer or last_step:
+                    close = health_of(model, scene, shown, partial(forward, model, *seen)) if closer else {}
+                    figures = figures_of(*taken) | close
+                    if journal:
+                        journal.log(step, figures)
+                        report(step, figures)
+                if journal and (closer or last_step):
                     journal.preview(step, model, scene, shown)
-            if step % intervals.checkpoint == 0:
+            if first and step % intervals.checkpoint == 0:
                 save_checkpoint(run_directory / FILE_NAME, checkpoint())
         last = checkpoint()
-        save_checkpoint(run_directory / FILE_NAME, last)
+        if first:
+            save_checkpoint(run_directory / FILE_NAME, last)
     model.eval()
     return last
 
 
-def _note_skipped(journal: Journal, step: int, in_a_row: int) -> None:
+def _at(before: Checkpoint | None, config: TrainConfig) -> tuple[Model, torch.optim.Adam]:
+    """Model and optimiser as a checkpoint has them, or new ones."""
+    torch.manual_seed(config.seed)
+    model = Model(config.model, config.width, config.height)
+    if processes.count() > 1:
+        synchronise(model.encoder)
+    optimiser = adam(model, config.optimiser)
+    if before:
+        model.load_state_dict(before.model.state_dict())
+        restore_optimiser(optimiser, model, before.optimiser_state)
+    return model, optimiser
+
+
+def stepping(model: Model) -> Callable[..., StepResult]:
+    """`forward` of this model, such that a gradient of its loss is the mean over all processes."""
+    if processes.count() == 1:
+        return partial(forward, model)
+    # Running means are those of the whole batch already, and nothing needs to be sent.
+    return DistributedDataParallel(Step(model), forward_sync_buffers=False)
+
+
+def _note_skipped(journal: Journal | None, step: int, in_a_row: int) -> None:
     """Raises DataError where too many steps in a row were skipped."""
-    journal.note(f"step {step}: the gradient is not finite; the step was skipped")
+    if journal:
+        journal.note(f"step {step}: the gradient is not finite; the step was skipped")
     if in_a_row >= MOST_SKIPPED_STEPS:
         raise DataError(
             f"Expected finite gradients, found none in {in_a_row} steps in a row, the last at step {step}. "
-            "Lower --optimiser.learning-rate, and look at the pictures; the checkpoint in "
-            f"{journal.directory}, if there is one, is from before."
+            "Lower --optimiser.learning-rate, and look at the pictures; the run's checkpoint, if there is one, is from "
+            "before."
         )
 
 

@@ -1,14 +1,15 @@
 """One step's forward pass: pictures → posterior → shapes → every coarse bin's likelihood → loss."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import torch
 from jaxtyping import Float
-from torch import Tensor
+from torch import Tensor, nn
 
 from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
+from trainer import processes
 from trainer.config import LossConfig, SceneConfig
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, pooled_over_views
@@ -33,6 +34,17 @@ class FixedGeometry(NamedTuple):
     topology: Topology
     laplacian: Float[Tensor, "V V"] | None
     """Identity minus the mean over neighbours; None for blocks, which are no displaced surface."""
+
+
+class Step(nn.Module):
+    """`forward` as a module, which is what torch's DistributedDataParallel averages the gradients of."""
+
+    def __init__(self, model: Model) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, *arguments: Any) -> StepResult:
+        return forward(self.model, *arguments)
 
 
 def forward(
@@ -62,6 +74,8 @@ def forward(
     light_fine = None if light is None else sample_normal(light.fine_mean, light.fine_deviation, generator)
     known = None if true_azimuth is None else nearest_bin(true_azimuth, model.config.azimuth_bins)
     vertices = model.decode(shape_code)
+    if processes.anywhere(not bool(vertices.isfinite().all())):
+        raise FloatingPointError("expected finite vertices, found NaN or infinity")
 
     def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None) -> Views:
         everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
@@ -99,7 +113,7 @@ def encode_mixed(model: Model, images: Float[Tensor, "B 3 H W"], convolutions: t
     """`Model.encode` with the convolutions, and only those, in another number format."""
     with torch.autocast(images.device.type, convolutions, enabled=convolutions != torch.float32):
         maps = model.encoder.convolutions(images)
-    posterior: Posterior = model.heads(model.encoder.features(maps.float()))
+    posterior: Posterior = model.heads(model.encoder.features(maps.to(images.dtype)))
     return posterior
 
 
@@ -130,7 +144,8 @@ def e_step(
     crease = CREASES[config.antialias_e_step]
     log_likelihood = renderer.log_likelihood(*centred, images, topology, crease, binarisation(config))
     evidence = log_likelihood / weights.temperature + weights.encoder_prior * log_rho
-    return balanced_posterior(evidence, config.sinkhorn_iterations)
+    whole = processes.whole(evidence)
+    return balanced_posterior(whole, config.sinkhorn_iterations)[processes.share(len(whole))]
 
 
 def binarisation(config: LossConfig) -> float:

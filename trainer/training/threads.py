@@ -3,14 +3,18 @@
 import numba
 import torch
 
+from trainer import processes
 from trainer.errors import ConfigError
 
 
 def limit_threads(count: int) -> None:
-    """Limits torch's and numba's threads to `count`; 0 leaves both at one per core. Raises ConfigError beyond that."""
+    """Limits torch's and numba's threads to `count`; 0 means one per core, shared among the processes that train
+    together on this machine. Raises ConfigError beyond that."""
     most = numba.config.NUMBA_NUM_THREADS
     if not 0 <= count <= most:
         raise ConfigError(f"Expected --threads from 0 to {most}, all that this machine offers, found {count}.")
+    if not count and processes.on_this_machine() > 1:
+        count = max(1, most // processes.on_this_machine())
     if count:
         torch.set_num_threads(count)
         numba.set_num_threads(count)

@@ -1,0 +1,72 @@
+"""Loss, gradients and running means of a first step, in as many processes as torchrun starts: FOLDER TARGET.
+
+In double precision, so that what differs is not rounding: the normalisation of small batches makes much of that.
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from trainer import processes
+from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
+from trainer.data.images import load_image_folder
+from trainer.data.source import FolderPictures
+from trainer.model.batch_norm import synchronise
+from trainer.model.vae import Model
+from trainer.training.figures import figures_of
+from trainer.training.loop import fixed_geometry, stepping
+from trainer.training.schedule import weights_at
+
+SETTINGS = {
+    name: TrainConfig(
+        width=32,
+        height=24,
+        model=ModelConfig(latent=4, azimuth_bins=6, segments=2, encoder_channels=(4, 4, 8, 8, 8, 16)),
+        loss=loss,
+        optimiser=OptimiserConfig(batch_size=8, views_per_instance=views),
+    )
+    for name, loss, views in (
+        ("exact", LossConfig(), 1),
+        ("paper", LossConfig(objective="paper"), 1),
+        ("two views", LossConfig(), 2),
+    )
+}
+
+
+def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
+    images = load_image_folder(folder, config.width, config.height)
+    source = FolderPictures(images, torch.arange(len(images)), torch.arange(0))
+    torch.manual_seed(0)
+    model = Model(config.model, config.width, config.height).double()
+    if processes.count() > 1:
+        synchronise(model.encoder)
+    scene = replace(source.scene, width=config.width, height=config.height)
+    views = config.optimiser.views_per_instance
+    batch, _, generator = next(source.minibatches(config.optimiser.batch_size, 0, 0, views))
+    weights = weights_at(config.loss, 1000, config.width, config.height)
+    geometry = fixed_geometry(model, scene, config.loss)
+    assert geometry.laplacian is not None
+    geometry = geometry._replace(laplacian=geometry.laplacian.double())
+    seen = geometry, scene, config.loss, weights, batch.double(), None, generator, torch.float32, views
+    taking = stepping(model)  # It averages the gradients as long as it lives.
+    result = taking(*seen)
+    result.terms.total().backward()
+    figures = {name: torch.tensor(value) for name, value in figures_of(result, 0.0).items()}
+    gradients = {name: parameter.grad for name, parameter in model.named_parameters() if parameter.grad is not None}
+    return figures | gradients | dict(model.named_buffers())
+
+
+def main() -> None:
+    folder, target = map(Path, sys.argv[1:])
+    torch.set_num_threads(1)
+    with processes.joined():
+        found = {name: first_step(config, folder) for name, config in SETTINGS.items()}
+        if processes.number() == 0:
+            torch.save(found, target)
+
+
+if __name__ == "__main__":
+    main()
