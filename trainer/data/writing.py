@@ -11,8 +11,8 @@ from trainer.errors import StorageError
 AGAIN = "Make room or choose another place, then run the same command again; finished files are kept."
 
 
-def write_bytes(path: Path, content: bytes, advice: str = AGAIN) -> None:
-    """Writes a file and, if need be, its folder.
+def write_bytes(path: Path, content: bytes, advice: str = AGAIN, durable: bool = False) -> None:
+    """Writes a file and, if need be, its folder; `durable` waits until it would survive a power failure.
 
     Raises StorageError, which ends in `advice`, and leaves what was there before, where the disk is full or the place
     cannot be written.
@@ -20,10 +20,10 @@ def write_bytes(path: Path, content: bytes, advice: str = AGAIN) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         try:
-            beside.write_bytes(content)
+            _write(beside, content, durable)
         except FileNotFoundError:
             path.parent.mkdir(parents=True, exist_ok=True)
-            beside.write_bytes(content)
+            _write(beside, content, durable)
         os.replace(beside, path)
     except OSError as error:
         _discard(beside)
@@ -40,6 +40,20 @@ def write_png(path: Path, picture: Image.Image) -> None:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG", compress_level=1)
     write_bytes(path, buffer.getvalue())
+
+
+def discard_parts(folder: Path) -> None:
+    """Deletes what killed processes have left half-written in a folder that nobody else writes into."""
+    for part in folder.glob(".*.part"):
+        _discard(part)
+
+
+def _write(path: Path, content: bytes, durable: bool) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        if durable:
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def _discard(path: Path) -> None:

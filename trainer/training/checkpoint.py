@@ -59,6 +59,7 @@ def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         path,
         save(tensors, metadata={"chiaro": json.dumps(header)}),
         "A checkpoint that was there before is untouched: make room, then continue from it with --resume.",
+        durable=True,
     )
 
 

@@ -22,7 +22,7 @@ from torch import Tensor
 from torch.utils.tensorboard.writer import SummaryWriter
 
 from trainer.config import SceneConfig, TrainConfig
-from trainer.data.writing import write_bytes
+from trainer.data.writing import discard_parts, write_bytes
 from trainer.errors import StorageError
 from trainer.evaluation.gallery import reconstruction_rows
 from trainer.evaluation.sheet import write_sheet
@@ -40,6 +40,7 @@ class Journal:
         self.directory = directory
         metrics = directory / "metrics.jsonl"
         with self._storage():
+            discard_parts(directory)
             kept = _lines_until(start, metrics) if start else []
             write_bytes(directory / "config.json", (json.dumps(to_mapping(config), indent=2) + "\n").encode())
             write_bytes(metrics, "".join(kept).encode())
