@@ -6,13 +6,13 @@ SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-MODELS ?= out/demo/models
+MODELS ?= models
 HOST ?= 127.0.0.1
 PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo models test test-tools check serve bench-render bench-service
+.PHONY: help install install-service demo models test test-tools check serve bench bench-render bench-service bench-training
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -71,7 +71,7 @@ check: install  ## formatting, lint, types, the layering of the packages, and th
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/hadolint Dockerfile
 
-serve: install-service  ## serve the bundles in MODELS (default: the demo's) on HOST:PORT
+serve: install-service  ## serve the bundles in MODELS (default: those that ship) on HOST:PORT
 	$(VENV)-service/bin/python -m service --host $(HOST) --port $(PORT) --models $(MODELS)
 
 $(VENV)/.bench: $(VENV)/.installed
@@ -84,3 +84,8 @@ bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchm
 
 bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (benchmarks/service.json and .png; about 3 minutes)
 	$(BIN)/python -m benchmarks.service --models $(MODELS)
+
+bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where the time goes (benchmarks/training.json; about 15 minutes)
+	$(BIN)/python -m benchmarks.training
+
+bench: bench-render bench-service bench-training  ## all benchmarks

@@ -1,0 +1,111 @@
+"""Pictures that a training takes in per second, by processes and threads, and where the time goes.
+
+`python -m benchmarks.training` writes training.json.
+"""
+
+import datetime
+import json
+import os
+import shlex
+import socket
+import statistics
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+from benchmarks.machine import machine, versions
+
+CORES = os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of the benchmark."""
+
+    output: Path = Path("benchmarks")
+    """Folder for training.json."""
+    presets: tuple[str, ...] = ("quick", "demo", "paper")
+    """Settings that are trained with."""
+    steps: int = 60
+    """Steps that are measured."""
+    rounds: int = 3
+    """How often each setting is measured; the median counts."""
+    pictures: int = 512
+    """Pictures that are trained on, of as many cars."""
+
+
+def main() -> None:
+    options = tyro.cli(Options, prog="python -m benchmarks.training", description=__doc__)
+    console = Console(stderr=True)
+    ways = list(dict.fromkeys([(1, 1), (1, CORES), (CORES, 1)]))
+    found: dict[tuple[str, int, int], list[dict[str, Any]]] = {}
+    with TemporaryDirectory() as folder:
+        render = ["trainer", "render", "--class", "car", "--instances", str(options.pictures), "--output", folder]
+        subprocess.run([sys.executable, "-m", *render], check=True, stderr=subprocess.DEVNULL)
+        for turn in range(options.rounds):
+            for preset in options.presets:
+                for count, threads in ways:
+                    console.print(f"round {turn + 1}: {preset}, {count} processes of {threads} threads")
+                    once = measure(Path(folder), preset, options.steps, count, threads)
+                    found.setdefault((preset, count, threads), []).append(once)
+    report = {
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "machine": machine(),
+        "versions": versions(),
+        "command": shlex.join(["python", "-m", "benchmarks.training", *sys.argv[1:]]),
+        "trainings": [summary(*key, rounds) for key, rounds in found.items()],
+    }
+    options.output.mkdir(parents=True, exist_ok=True)
+    (options.output / "training.json").write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n")
+    console.print(f"written: {options.output / 'training.json'}")
+
+
+def measure(images: Path, preset: str, steps: int, count: int, threads: int) -> dict[str, Any]:
+    """What `benchmarks.training_steps` prints."""
+    start = [sys.executable, "-m"]
+    if count > 1:
+        start += [
+            "torch.distributed.run",
+            "--nproc-per-node",
+            str(count),
+            "--master-port",
+            str(free_port()),
+            "-m",
+            "--",
+        ]
+    options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", threads]
+    command = [*start, "benchmarks.training_steps", *map(str, options)]
+    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    once: dict[str, Any] = json.loads(told.stdout.splitlines()[-1])
+    return once
+
+
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+def summary(preset: str, count: int, threads: int, rounds: list[dict[str, Any]]) -> dict[str, Any]:
+    seconds = [once["seconds"] for once in rounds]
+    middle = sorted(rounds, key=lambda once: once["seconds"])[len(rounds) // 2]
+    rate = rounds[0]["batch"] / statistics.median(seconds)
+    return {
+        "preset": preset,
+        "processes": count,
+        "threads": threads,
+        "batch": rounds[0]["batch"],
+        "pictures_per_second": round(rate, 1),
+        "seconds_a_step": [round(one, 4) for one in seconds],
+        "share": {name: round(spent / middle["seconds"], 3) for name, spent in middle["stages"].items()},
+    }
+
+
+if __name__ == "__main__":
+    main()
