@@ -131,7 +131,10 @@ def test_what_needs_no_torch_does_not_wait_for_it(command: str) -> None:
             "render --output out --class car --shapenet there",
             "expected ShapeNetCore at HERE/there, that is folders such",
         ),
-        ("train --run b", "Expected one of --images DIR, --meshes DIR, --shapenet DIR and --class CLASS, found none."),
+        (
+            "train --run b",
+            "Expected one of --images DIR, --shards DIR, --meshes DIR, --shapenet DIR and --class CLASS, found none.",
+        ),
         ("train --run b --images here --meshes there", "and --class CLASS, found here and there."),
         ("train --run b --class caar", "found 'caar'; did you mean 'car'?"),
         ("train --run b --meshes absent", "expected a folder of meshes at HERE/absent, found nothing"),

@@ -23,7 +23,8 @@ MOST_SAMPLES = 2**27
 class RenderCommand:
     """Render pictures of objects at random azimuths, with the truth beside them in metadata.csv.
 
-    Writes PNG pictures, metadata.csv (file name, instance, azimuth, light azimuth), scene.json and render.json.
+    Writes PNG pictures, metadata.csv (file name, instance, azimuth, light azimuth), scene.json and render.json; with
+    --shards, tar files with both.
     Finished pictures of an earlier call with the same options are kept.
     """
 
@@ -57,6 +58,8 @@ class RenderCommand:
     """Who draws: chiaro, or OpenGL as an outside opinion."""
     supersampling: int = 4
     """Samples along each side of a pixel, 1 to 32."""
+    shards: int = 0
+    """Write tar files of so many pictures each (WebDataset) instead of a file for each picture; 0 does not."""
     workers: Annotated[int, tyro.conf.arg(metavar="N")] = 0
     """Processes; 0 means one per core."""
 
@@ -73,6 +76,7 @@ class RenderCommand:
             ("views", self.views, 1, 1000),
             ("supersampling", self.supersampling, 1, 32),
             ("workers", self.workers, 0, 1024),
+            ("shards", self.shards, 0, 1_000_000),
         ):
             if not low <= value <= high:
                 raise ConfigError(f"Expected --{option} from {low} to {high}, found {value}.")
@@ -94,6 +98,7 @@ class RenderCommand:
             synset=source.synset,
             split=source.split,
             renderer=self.renderer,
+            shard_pictures=self.shards,
         )
         instances = self.instances or (1000 if self.meshes is None and self.shapenet is None else None)
         report = render_folder(self.output, settings, scene, instances, self.views, self.workers or None)

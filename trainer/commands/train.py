@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import torch
 import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -16,11 +17,12 @@ from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
 from trainer.data.scene import SCENE_FILE
 from trainer.data.source import PictureSource
+from trainer.data.streaming import ShardPictures, open_shards
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import load_preset, preset_names, preset_setting
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
-from trainer.training.checks import check_category, check_intervals, check_processes, check_settings
+from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 from trainer.training.threads import limit_threads
@@ -30,8 +32,8 @@ from trainer.training.threads import limit_threads
 class TrainCommand:
     """Learn shape and pose from pictures, without labels.
 
-    The pictures are those of a folder (--images), or are drawn for each step, from another side each time: of a
-    procedural class (--class alone), of mesh files (--meshes) or of ShapeNet (--shapenet).
+    The pictures are those of a folder (--images) or of tar files (--shards), or are drawn for each step, from another
+    side each time: of a procedural class (--class alone), of mesh files (--meshes) or of ShapeNet (--shapenet).
     Writes into the run directory: config.json, metrics.jsonl, tensorboard/, previews/ and checkpoint.safetensors.
     Ctrl-C saves and stops; --resume goes on from there. `torchrun --nproc-per-node N -m -- trainer train …`
     starts N processes, also on several machines, that share every batch and compute what one would.
@@ -42,6 +44,10 @@ class TrainCommand:
     plain or transparent background: prepared.png shows how they are cut out. --resume remembers it."""
     run_directory: Annotated[Path, tyro.conf.arg(name="run")]
     """Run directory, new or (with --resume) old."""
+    shards: Path | None = None
+    """Folder of tar files of pictures (WebDataset), as `trainer render --shards` writes them: read while it trains."""
+    shards_at_once: int = 8
+    """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = "demo"
@@ -69,7 +75,8 @@ class TrainCommand:
             before = load_checkpoint(Path(run))
             images = Path(before.run["images"]) if "images" in before.run else None
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
-            return cls(images, required, before.category, fresh=fresh, config=before.config)
+            shards = Path(before.run["shards"]) if "shards" in before.run else None
+            return cls(images, required, shards, category=before.category, fresh=fresh, config=before.config)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
@@ -94,6 +101,10 @@ class TrainCommand:
             check_preparation(self.images, source)
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
+        elif self.shards is not None:
+            source = self._stream(self.shards)
+            provenance = {"shards": str(self.shards.resolve())}
+            console.print(f"{source.training} pictures in {len(source.shards)} shards, {category}")
         else:
             source = open_fresh(self.fresh, category, self.config)
             provenance = {"fresh": to_mapping(self.fresh.absolute())}
@@ -128,6 +139,28 @@ class TrainCommand:
 
         Raises ConfigError for options that only drawn views have, and where its scene has other lights than the preset.
         """
+        images = load_image_folder(folder, self.config.width, self.config.height, self._scene_of(folder))
+        self._check_lights(folder, images.scene)
+        return images
+
+    def _stream(self, folder: Path) -> ShardPictures:
+        """The same for shards."""
+        if not 1 <= self.shards_at_once <= 1024:
+            raise ConfigError(f"Expected --shards-at-once from 1 to 1024, found {self.shards_at_once}.")
+        width, height = self.config.width, self.config.height
+        source = open_shards(
+            folder, width, height, self._scene_of(folder), self.config.validation_share, self.shards_at_once
+        )
+        self._check_lights(folder, source.scene)
+        images = source.load(source.shards[:1])
+        check_pictures(self.config, images, torch.arange(len(images)))
+        return source
+
+    def _scene_of(self, folder: Path) -> SceneConfig:
+        """The scene of the options, for pictures without one.
+
+        Raises ConfigError for options that only drawn views have, or that say what the pictures say themselves.
+        """
         usual = FreshOptions() if self.resume else fresh_options(preset_setting(self.preset))
         has_scene = (folder / SCENE_FILE).exists()
         for option in fields(FreshOptions):
@@ -136,21 +169,24 @@ class TrainCommand:
             name = option.name.replace("_", "-")
             if option.name not in ("camera", "rig"):
                 raise ConfigError(
-                    f"Expected --{name} only for views that are drawn, found it beside --images: leave it away."
+                    f"Expected --{name} only for views that are drawn, found it beside pictures: leave it away."
                 )
             if has_scene:
                 raise ConfigError(
                     f"Expected --{name} only for pictures whose scene is not known, but {folder} has a {SCENE_FILE}, "
                     "which tells camera and lights: leave it away."
                 )
-        images = load_image_folder(folder, self.config.width, self.config.height, self._own_scene())
+        return self._own_scene()
+
+    def _check_lights(self, folder: Path, scene: SceneConfig) -> None:
+        """Raises ConfigError where the pictures have other lights than the preset."""
+        usual = FreshOptions() if self.resume else fresh_options(preset_setting(self.preset))
         rig = load_rig(usual.rig)
-        if usual.rig != FreshOptions().rig and (images.scene.lights, images.scene.ambient) != (rig.lights, rig.ambient):
+        if usual.rig != FreshOptions().rig and (scene.lights, scene.ambient) != (rig.lights, rig.ambient):
             raise ConfigError(
                 f"Expected pictures lit by the rig {usual.rig}, as {self.preset} has it, found others in {folder}: "
                 f"render them with --rig {usual.rig}."
             )
-        return images
 
     def _own_scene(self) -> SceneConfig:
         """Camera and lights of pictures that come without any; of a training that is resumed, its own."""
@@ -160,10 +196,10 @@ class TrainCommand:
 
     def _category(self) -> str:
         """Raises ConfigError where no pictures are named, or two kinds of them."""
-        folders = [folder for folder in (self.images, self.fresh.meshes, self.fresh.shapenet) if folder]
+        folders = [folder for folder in (self.images, self.shards, self.fresh.meshes, self.fresh.shapenet) if folder]
         if len(folders) > 1 or not (folders or self.category):
             raise ConfigError(
-                "Expected one of --images DIR, --meshes DIR, --shapenet DIR and --class CLASS, found "
+                "Expected one of --images DIR, --shards DIR, --meshes DIR, --shapenet DIR and --class CLASS, found "
                 f"{'none' if not folders else ' and '.join(map(str, folders))}."
             )
         return self.category or Path(folders[0]).resolve().name

@@ -37,9 +37,17 @@ def decode_picture(path: Path, frame: Frame, framed: bool) -> Decoded | Unusable
     there."""
     try:
         content = path.read_bytes()
+    except OSError as error:
+        return Unusable(f"{path} cannot be read as a picture ({error})", refused=False)
+    return decode_content(content, str(path), frame, framed)
+
+
+def decode_content(content: bytes, name: str, frame: Frame, framed: bool) -> Decoded | Unusable:
+    """The same for what such a file holds."""
+    try:
         prepared = fit(content, frame, MOST_PIXELS) if framed else prepare(content, frame, MOST_PIXELS, False)
     except BackgroundError as error:
-        return Unusable(f"{path}: {error}", refused=True)
+        return Unusable(f"{name}: {error}", refused=True)
     except (OSError, PictureError) as error:
-        return Unusable(f"{path} cannot be read as a picture ({error})", refused=False)
+        return Unusable(f"{name} cannot be read as a picture ({error})", refused=False)
     return Decoded(encode(prepared.picture), prepared.method)

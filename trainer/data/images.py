@@ -5,6 +5,7 @@ import logging
 import math
 import os
 from collections import Counter
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,10 +104,21 @@ def load_image_folder(folder: Path, width: int, height: int, own: SceneConfig | 
     kept, decoded, preparation, skipped = _decoded(folder, names, frame, rendered is not None)
 
     known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
+    return image_set(known, [picture.codes for picture in decoded], scene, skipped, preparation)
+
+
+def image_set(
+    known: Sequence[Row],
+    pictures: Sequence[UInt8[ndarray, "3 H W"]],
+    scene: SceneConfig,
+    skipped: tuple[str, ...],
+    preparation: Preparation,
+) -> ImageSet:
+    """Pictures, and a row for each of them, in the same order."""
     instance_names, instances = np.unique([row.instance for row in known], return_inverse=True)
     return ImageSet(
-        pictures=np.stack([picture.codes for picture in decoded]),
-        names=kept,
+        pictures=np.stack(pictures),
+        names=tuple(row.file_name for row in known),
         instances=instances.astype(np.int64),
         instance_names=tuple(map(str, instance_names)),
         azimuths=_radians([row.azimuth_degrees for row in known]),

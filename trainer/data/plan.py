@@ -46,6 +46,8 @@ class RenderSettings:
     """Which part of ShapeNetCore's class."""
     renderer: Literal["chiaro", "pyrender"] = "chiaro"
     """Who draws: ours, or OpenGL as an outside opinion."""
+    shard_pictures: int = 0
+    """Pictures in each tar file of `data.shards`; 0 means a file for each picture."""
 
 
 class Job(NamedTuple):

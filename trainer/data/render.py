@@ -5,6 +5,8 @@
     OUT/metadata.csv                     file_name, instance, azimuth_degrees, light_azimuth_degrees
     OUT/<class>/<instance>-<view>.png    8-bit sRGB
 
+or, with `shard_pictures`, into tar files (`data.shards`), each of which is drawn as a whole.
+
 Each picture depends only on the settings, its instance and its view: an interrupted run continues where it stopped,
 and a larger number of instances or views extends a folder without changing what it holds.
 """
@@ -15,7 +17,7 @@ import math
 import os
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -32,12 +34,13 @@ from rich.text import Text
 
 from imaging.srgb import encode
 from trainer.config import SceneConfig
-from trainer.data.metadata import read_metadata, write_metadata
+from trainer.data.metadata import Row, read_metadata, write_metadata
 from trainer.data.normals import corner_normals
 from trainer.data.opengl import opengl
 from trainer.data.picture import Draw, draw
 from trainer.data.plan import Job, RenderSettings, category_of, claim, load_instance, plan_jobs
 from trainer.data.png import encode_png
+from trainer.data.shards import INDEX_FILE, rows_of, shard_name, write_index, write_shard
 from trainer.data.writing import write_bytes
 from trainer.errors import DataError, StorageError
 from trainer.interrupts import interrupts_left_to_this_process
@@ -83,10 +86,14 @@ def render_folder(
     with drawing(settings, scene):
         pass  # What cannot be drawn with is told before anything is written.
     claim(out, settings, scene)
-    earlier = read_metadata(out) or {}
-    # Poses are known beforehand. Written first, the file tells a reader of an unfinished folder what is missing.
-    rows = earlier | {row.file_name: row for job in jobs for row in job.rows}
-    write_metadata(out, rows.values())
+    rows: dict[str, Row] = {}
+    if settings.shard_pictures:
+        # It is counted anew, once all are there.
+        (out / INDEX_FILE).unlink(missing_ok=True)
+    else:
+        # Poses are known beforehand. Written first, the file tells a reader of an unfinished folder what is missing.
+        rows = (read_metadata(out) or {}) | {row.file_name: row for job in jobs for row in job.rows}
+        write_metadata(out, rows.values())
 
     written = kept = 0
     skipped: dict[str, str] = {}
@@ -99,11 +106,13 @@ def render_folder(
             else:
                 skipped[job.instance] = problem
                 logger.warning("skipped: %s", problem)
-    if skipped:
-        if len(skipped) == len(jobs):
-            raise DataError(
-                f"none of the {len(jobs)} meshes in {settings.source} can be read; first: {min(skipped.values())}"
-            )
+    if len(skipped) == len(jobs):
+        raise DataError(
+            f"none of the {len(jobs)} meshes in {settings.source} can be read; first: {min(skipped.values())}"
+        )
+    if settings.shard_pictures:
+        write_index(out)
+    elif skipped:
         # What an earlier run has drawn of them stays.
         there = (row for row in rows.values() if row.instance not in skipped or (out / row.file_name).exists())
         write_metadata(out, there)
@@ -113,22 +122,31 @@ def render_folder(
 Result = tuple[Job, int, str | None]
 
 
+class Chunk(NamedTuple):
+    """What a process takes at once; the content of a shard where there are shards."""
+
+    number: int
+    jobs: list[Job]
+
+
 def _execute(
     out: Path, settings: RenderSettings, scene: SceneConfig, jobs: list[Job], workers: int | None
 ) -> Iterator[Result]:
     """Runs the jobs, in this process and `workers` - 1 more, and yields each as it is done."""
     workers = max(1, workers or len(os.sched_getaffinity(0)))
+    size = _CHUNKS[settings.renderer]
+    if settings.shard_pictures:
+        size = max(1, settings.shard_pictures // len(jobs[0].rows))
+    chunks = [Chunk(start // size, jobs[start : start + size]) for start in range(0, len(jobs), size)]
     if workers == 1 or sum(len(job.rows) for job in jobs) < _FEWEST_FOR_PROCESSES:
         with _settled(), drawing(settings, scene) as draws:
-            for job in jobs:
-                yield _render(out, settings, job, draws)
+            for chunk in chunks:
+                yield from _render_chunk(out, settings, chunk, draws)
         return
-    size = _CHUNKS[settings.renderer]
-    chunks = [jobs[start : start + size] for start in range(0, len(jobs), size)]
     pool = ProcessPoolExecutor(min(workers - 1, len(chunks)), get_context("spawn"), _settle)
     try:
         with interrupts_left_to_this_process():
-            futures: deque[tuple[list[Job], Future[list[Result]]]] = deque(
+            futures: deque[tuple[Chunk, Future[list[Result]]]] = deque(
                 (chunk, pool.submit(_render_all, out, settings, scene, chunk)) for chunk in chunks
             )
         # The processes begin with the first chunk, and this one, which need not start up, with the last.
@@ -163,9 +181,28 @@ def _settled() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _render_all(out: Path, settings: RenderSettings, scene: SceneConfig, jobs: list[Job]) -> list[Result]:
+def _render_all(out: Path, settings: RenderSettings, scene: SceneConfig, chunk: Chunk) -> list[Result]:
     with drawing(settings, scene) as draws:
-        return [_render(out, settings, job, draws) for job in jobs]
+        return list(_render_chunk(out, settings, chunk, draws))
+
+
+def _render_chunk(out: Path, settings: RenderSettings, chunk: Chunk, draws: Draw) -> Iterator[Result]:
+    if not settings.shard_pictures:
+        for job in chunk.jobs:
+            yield _render(out, settings, job, draws)
+        return
+    path, expected = out / shard_name(chunk.number), sum(len(job.rows) for job in chunk.jobs)
+    if path.exists() and len(rows_of(path)) == expected:
+        yield from ((job, 0, None) for job in chunk.jobs)
+        return
+    samples: list[tuple[Row, bytes]] = []
+    done: list[Result] = []
+    for job in chunk.jobs:
+        drawn, problem = _drawn(settings, job, job.rows, draws)
+        samples += drawn
+        done.append((job, len(drawn), problem))
+    write_shard(path, samples)
+    yield from done
 
 
 @contextmanager
@@ -184,17 +221,27 @@ def drawing(settings: RenderSettings, scene: SceneConfig) -> Iterator[Draw]:
 def _render(out: Path, settings: RenderSettings, job: Job, draws: Draw) -> Result:
     """Draws what is missing of one object: how many pictures, or why it cannot be drawn."""
     missing = [row for row in job.rows if not (out / row.file_name).exists()]
-    if not missing:
-        return job, 0, None
+    drawn, problem = _drawn(settings, job, missing, draws)
+    for row, picture in drawn:
+        write_bytes(out / row.file_name, picture)
+    return job, len(drawn), problem
+
+
+def _drawn(
+    settings: RenderSettings, job: Job, rows: Sequence[Row], draws: Draw
+) -> tuple[list[tuple[Row, bytes]], str | None]:
+    """These pictures of an object, as PNG files, or why it cannot be drawn."""
+    if not rows:
+        return [], None
     try:
         mesh = load_instance(settings, job.instance)
     except DataError as error:
-        return job, 0, str(error)
-    normals = corner_normals(mesh)
-    for row in missing:
+        return [], str(error)
+    normals, drawn = corner_normals(mesh), []
+    for row in rows:
         angles = math.radians(row.azimuth_degrees or 0.0), math.radians(row.light_azimuth_degrees or 0.0)
-        write_bytes(out / row.file_name, encode_png(_encoded(draws(mesh, *angles, normals))))
-    return job, len(missing), None
+        drawn.append((row, encode_png(_encoded(draws(mesh, *angles, normals)))))
+    return drawn, None
 
 
 def _encoded(colour: Float32[ndarray, "H W 3"]) -> UInt8[ndarray, "H W 3"]:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
-from jaxtyping import Int64
+from jaxtyping import Float, Int64
 from torch import Tensor
 from torch.nn.parallel import DistributedDataParallel
 
@@ -107,7 +107,7 @@ def train(
     ):
         while step < config.optimiser.steps and not processes.anywhere(interrupted()):
             batch, azimuths, generator = next(minibatches)
-            truth = None if config.loss.pose_supervision == "none" else azimuths
+            truth = true_azimuths(config.loss, azimuths)
             weights = weights_at(config.loss, step, config.width, config.height)
             seen = geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
             model.train()
@@ -156,6 +156,18 @@ def stepping(model: Model) -> Callable[..., StepResult]:
         return partial(forward, model)
     # Running means are those of the whole batch already, and nothing needs to be sent.
     return DistributedDataParallel(Step(model), forward_sync_buffers=False)
+
+
+def true_azimuths(config: LossConfig, known: Float[Tensor, "B"] | None) -> Float[Tensor, "B"] | None:
+    """What the step is told. Raises DataError where it asks for azimuths that these pictures do not have."""
+    if config.pose_supervision == "none":
+        return None
+    if known is None:
+        raise DataError(
+            "Pose supervision needs azimuth_degrees of every picture, and some have none. Add it, or train with "
+            "--loss.pose-supervision none."
+        )
+    return known
 
 
 def _note_skipped(journal: Journal | None, step: int, in_a_row: int) -> None:
