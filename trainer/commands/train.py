@@ -104,7 +104,8 @@ class TrainCommand:
         elif self.shards is not None:
             source = self._stream(self.shards)
             provenance = {"shards": str(self.shards.resolve())}
-            console.print(f"{source.training} pictures in {len(source.shards)} shards, {category}")
+            shards = f"{len(source.shards)} of them, {len(source.held_out)} held out"
+            console.print(f"{source.training} pictures in shards ({shards}), {category}")
         else:
             source = open_fresh(self.fresh, category, self.config)
             provenance = {"fresh": to_mapping(self.fresh.absolute())}

@@ -7,9 +7,11 @@ alone: a training that goes on opens the shards it needs, and no other.
 
 import itertools
 import logging
+import os
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +29,9 @@ from trainer.data.scene import read_scene
 from trainer.data.shards import Shard, read_index, read_shard
 from trainer.data.source import MOST_SHOWN, Minibatch, batch_indices, grouped_indices, step_generator
 from trainer.errors import DataError
+
+# As many as decode a folder: more gain nothing.
+DECODING_THREADS = min(8, 2 * (os.cpu_count() or 1))
 
 logger = logging.getLogger(__name__)
 
@@ -95,17 +100,24 @@ class ShardPictures:
         """The pictures of these shards, decoded. Raises DataError where none of them can be used."""
         height, width = self.scene.height, self.scene.width
         frame = frame_of(width, height, self.scene.camera.distance, self.scene.camera.field_of_view_degrees)
+        decode = partial(decode_content, frame=frame, framed=self.framed)
         rows, pictures, unusable = [], [], []
-        for shard in shards:
-            for row, content in read_shard(self.folder / shard.name):
-                found = decode_content(content, f"{shard.name}, {row.file_name}", frame, self.framed)
-                if isinstance(found, Decoded):
-                    rows.append(row)
-                    pictures.append(found.codes)
-                else:
-                    unusable.append(found.sentence)
+        with ThreadPoolExecutor(DECODING_THREADS) as pool:
+            for shard in shards:
+                samples = read_shard(self.folder / shard.name)
+                names = [f"{shard.name}, {row.file_name}" for row, _ in samples]
+                contents = [content for _, content in samples]
+                decoded = pool.map(decode, contents, names)
+                for (row, _), found in zip(samples, decoded, strict=True):
+                    if isinstance(found, Decoded):
+                        rows.append(row)
+                        pictures.append(found.codes)
+                    else:
+                        unusable.append(found.sentence)
         if unusable:
-            logger.warning("skipped %d pictures of %d; first: %s", len(unusable), len(shards), unusable[0])
+            logger.warning(
+                "skipped %d of %d pictures; first: %s", len(unusable), len(unusable) + len(rows), unusable[0]
+            )
         if not rows:
             raise DataError(f"none of the pictures in {', '.join(shard.name for shard in shards)} can be used")
         return image_set(rows, pictures, self.scene, tuple(unusable), Preparation())

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from imaging.framing import frame_of
+from tests.trainer.command_line import SMALL, answer
 from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.decoding import Decoded, decode_content
@@ -176,3 +177,18 @@ def test_a_picture_that_cannot_be_read_is_left_out(folder: Path, tmp_path: Path,
     images = open_shards(tmp_path, 32, 24, SCENE, 0.0, 1).load(tuple(read_index(tmp_path)))
     assert len(images) == 5
     assert len(images.skipped) == 1
+
+
+def test_the_commands_write_read_and_resume_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shards, directory = tmp_path / "shards", tmp_path / "run"
+    objects = ["--class", "chair", *SMALL, "--instances", "8"]
+    status, said, _ = answer(capsys, "render", *objects, "--shards", "4", "--output", shards)
+    assert (status, "8 pictures written" in said) == (0, True)
+    small = [*SMALL, "--optimiser.batch-size", "2", "--preset", "quick"]
+    train = ["train", "--shards", shards, "--run", directory, "--class", "chair"]
+    status, _, said = answer(capsys, *train, *small, "--optimiser.steps", "2")
+    assert (status, "4 pictures in shards (1 of them, 1 held out)" in said) == (0, True)
+    status, _, said = answer(capsys, "train", "--run", directory, "--resume", "--optimiser.steps", "3")
+    assert (status, "finished at step 3" in said) == (0, True)
+    status, _, said = answer(capsys, *train, "--shards-at-once", "0")
+    assert (status, "--shards-at-once from 1 to 1024, found 0" in said) == (2, True)
