@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import torch
@@ -127,6 +127,13 @@ def _probe(
     return buffer.getvalue()
 
 
+def without_paths(value: Any) -> Any:
+    """The same, with the last name alone of each absolute path: the maker's disk is nobody's business."""
+    if isinstance(value, dict):
+        return {name: without_paths(part) for name, part in value.items()}
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+
+
 def _manifest(
     checkpoint: Checkpoint,
     azimuth_offset: float,
@@ -137,7 +144,7 @@ def _manifest(
     model, scene = checkpoint.model, checkpoint.scene
     faces = tuple((int(a), int(b), int(c)) for a, b, c in model.faces.tolist())
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
-    training = {"step": checkpoint.step, "run": checkpoint.run, "config": asdict(checkpoint.config)}
+    training = {"step": checkpoint.step, "run": without_paths(checkpoint.run), "config": asdict(checkpoint.config)}
     try:
         return Manifest(
             format_version=FORMAT_VERSION,

@@ -28,8 +28,14 @@ def small_checkpoint(light: Literal["fixed", "varying"] = "fixed") -> Checkpoint
     with torch.no_grad():
         model.decoder.displacements.weight.mul_(40)
         model.heads.azimuth_logits.weight.mul_(100)
+    run = {
+        "seconds": 1.5,
+        "validation": {"likelihood": -3.0},
+        "images": "/home/somebody/cars",
+        "fresh": {"meshes": "/mnt/meshes", "rig": "colour"},
+    }
     scene = SceneConfig(width=64, height=48, camera=CameraConfig(elevation_degrees=20.0))
-    return Checkpoint(config, scene, "car", 12, model, {}, {"seconds": 1.5, "validation": {"likelihood": -3.0}})
+    return Checkpoint(config, scene, "car", 12, model, {}, run)
 
 
 @pytest.fixture

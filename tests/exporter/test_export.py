@@ -58,7 +58,12 @@ def test_the_manifest_tells_what_the_model_is(checkpoint: Checkpoint, exported: 
     assert [light.azimuth_degrees for light in manifest.lights] == [30, 150, 270]
     assert manifest.metrics == {"iou": 0.6}
     assert manifest.training["step"] == 12
-    assert manifest.training["run"] == {"seconds": 1.5, "validation": {"likelihood": -3.0}}
+    assert manifest.training["run"] == {
+        "seconds": 1.5,
+        "validation": {"likelihood": -3.0},
+        "images": "cars",
+        "fresh": {"meshes": "meshes", "rig": "colour"},
+    }
     assert set(manifest.parity) == {*ENCODER_OUTPUTS, "vertices", "normals"}
     assert 0 < max(manifest.parity.values()) <= LARGEST_ERROR
 
