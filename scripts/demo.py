@@ -162,7 +162,7 @@ def summary(out: Path, metrics: dict[str, object]) -> str:
         f"{out}/sample_0.glb        what GET /sample?seed=0 answered: an invented car (sample_1.glb another)",
         f"{out}/samples.png         six invented cars from four sides",
         f"{out}/evaluation/         the judge's figures and its contact sheet",
-        f"{out}/models/             the bundle; serve it with: make serve",
+        f"{out}/models/             the bundle; serve it with: make serve MODELS={out}/models",
     ]
     return "\n".join(lines)
 

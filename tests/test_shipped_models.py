@@ -1,0 +1,48 @@
+"""The bundles in models/ are whole, small, and what their page says of them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.bundle import read_bundle
+from service.catalogue import read_catalogue
+from service.inference import decode, load_engine, sample_shape_code
+from trainer.data.shapes.catalogue import CATEGORIES
+
+MODELS = Path(__file__).parents[1] / "models"
+BUNDLES = sorted(path.parent for path in MODELS.glob("*/manifest.json"))
+FIGURES: dict[str, Any] = json.loads((MODELS / "figures.json").read_text())
+
+
+@pytest.mark.parametrize("bundle", BUNDLES, ids=lambda bundle: bundle.name)
+def test_a_bundle_works_and_has_the_figures_that_are_published(bundle: Path) -> None:
+    engine = load_engine(read_bundle(bundle))  # which asks the graphs for what the bundle says they answer
+    manifest, published = engine.manifest, FIGURES[bundle.name]
+    assert manifest.category == bundle.name
+    assert manifest.metrics["iou"] == published["test"]["iou"]
+    assert manifest.training["config"]["model"]["parameterisation"] == published["parameterisation"]
+    assert f"--optimiser.steps {manifest.training['step']} " in published["command"]
+    assert manifest.held_out is not None
+    assert sum(file.stat().st_size for file in bundle.iterdir()) == published["bundle_bytes"] < 4e6
+    surface = decode(engine, sample_shape_code(0, manifest.latent))
+    assert 0.3 < abs(surface.vertices).max() < 1.0
+    assert '": "/' not in (bundle / "manifest.json").read_text()
+
+
+def test_the_service_takes_all_of_them_together() -> None:
+    catalogue = read_catalogue(MODELS)
+    catalogue.load()
+    assert not catalogue.failures
+    assert sorted(catalogue.engines) == [bundle.name for bundle in BUNDLES]
+    assert set(catalogue.engines) <= set(CATEGORIES)
+    assert sum(file.stat().st_size for file in MODELS.rglob("*")) < 40e6
+
+
+def test_the_page_lists_what_is_there() -> None:
+    assert sorted(name for name in FIGURES if not name.startswith("car-")) == [bundle.name for bundle in BUNDLES]
+    page = (MODELS / "README.md").read_text()
+    for name, figures in FIGURES.items():
+        assert f"| {name} | {figures['parameterisation']} | {figures['test']['iou']:.2f} |" in page
+        assert figures["command"] in page
