@@ -2,7 +2,7 @@
 
     WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
     WORK/runs/<model>/<candidate>/  the trainings
-    OUTPUT/<model>/                 the bundles
+    OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and samples
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
 
 Candidates are trained for a while and compared on validation pictures, and the best goes on to the end; test pictures
@@ -98,7 +98,9 @@ class Workshop:
 
     def bundle(self, model: Model) -> Path:
         """Those of other lights stand apart: the service takes one model of a category."""
-        return (self.output if model.name == model.category else self.output.with_name("models-light")) / model.name
+        return (
+            self.output if model.name == model.category else self.output.with_name(f"{self.output.name}-light")
+        ) / model.name
 
 
 def main() -> int:
@@ -193,7 +195,9 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     test = judge(directory, "test", validation, "--images", workshop.pictures_of(model, "test"))
     run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
         "--images", validation, quiet=True)  # fmt: skip
-    run("trainer", "sample", "--checkpoint", directory, "--output", directory / "samples.png", quiet=True)
+    write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
+    samples = bundle.with_name(f"{model.name}-samples.png")
+    run("trainer", "sample", "--checkpoint", directory, "--output", samples, quiet=True)
     options = ["--preset", PRESET, "--optimiser.steps", str(workshop.steps), *training_options(model, chosen)]
     command = ["python", "-m", "trainer", "train", *options, "--images", "PICTURES", "--run", "RUN"]
     figures: dict[str, Any] = {
@@ -238,7 +242,12 @@ def write_figures(output: Path, name: str, figures: dict[str, Any]) -> None:
         real = row_of(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
         cells = [model, one["parameterisation"], *row_of(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
         lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "```sh", *(one["command"] for one in known.values()), "```", ""]
+    lines += ["", "```sh", *(one["command"] for one in known.values()), "```"]
+    for model in known:
+        folder = "" if (output / model).is_dir() else f"../{output.name}-light/"
+        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; and objects that it invents", ""]
+        lines += [f"![Reconstructions]({folder}{model}.png) ![Samples]({folder}{model}-samples.png)"]
+    lines.append("")
     write_bytes(output / "README.md", "\n".join(lines).encode())
 
 

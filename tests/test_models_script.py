@@ -41,6 +41,7 @@ class Commands:
             output.mkdir(parents=True, exist_ok=True)
             told = {**dict.fromkeys(self.figures, 0.5), "iou": OVERLAPS[directory.name], "step": step}
             (output / "metrics.json").write_text(json.dumps(told))
+            (output / "sheet.png").write_text(f"{directory.name}, {output.name}")
 
 
 @pytest.fixture
@@ -73,6 +74,7 @@ def test_all_candidates_begin_and_the_best_goes_on(make: Callable[..., Commands]
     assert commands.trained == [("subdivision", 20, False), ("full-block", 20, False), ("full-block", 50, True)]
     assert commands.judged == ["screening", "screening", "test"]
     assert (tmp_path / "models/chair/manifest.json").read_text().endswith("runs/chair/full-block")
+    assert (tmp_path / "models/chair.png").read_text() == "full-block, test"
     figures = _figures(tmp_path)["chair"]
     assert figures["parameterisation"] == "full-block"
     assert figures["screened_iou"] == OVERLAPS
@@ -102,6 +104,8 @@ def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Command
     assert list(_figures(tmp_path)) == ["chair", "jar", "car-white-light"]
     page = (tmp_path / "models/README.md").read_text()
     assert page.count("| chair | full-block | 0.40 |") == page.count("| jar |") == 1
+    assert "(chair.png)" in page
+    assert "(../models-light/car-white-light.png)" in page
     assert (tmp_path / "models-light/car-white-light/manifest.json").exists()
     assert not (tmp_path / "models/car-white-light").exists()
 

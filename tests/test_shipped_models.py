@@ -46,3 +46,6 @@ def test_the_page_lists_what_is_there() -> None:
     for name, figures in FIGURES.items():
         assert f"| {name} | {figures['parameterisation']} | {figures['test']['iou']:.2f} |" in page
         assert figures["command"] in page
+        folder = MODELS if name in CATEGORIES else MODELS.with_name("models-light")
+        assert (folder / f"{name}.png").stat().st_size > 10_000
+        assert (folder / f"{name}-samples.png").stat().st_size > 10_000
