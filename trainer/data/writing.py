@@ -49,10 +49,9 @@ def discard_parts(folder: Path) -> None:
 
 
 def _write(path: Path, content: bytes, durable: bool) -> None:
-    with path.open("wb") as file:
-        file.write(content)
-        if durable:
-            file.flush()
+    path.write_bytes(content)
+    if durable:
+        with path.open("rb") as file:
             os.fsync(file.fileno())
 
 
