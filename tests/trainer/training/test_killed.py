@@ -43,7 +43,8 @@ def test_no_kill_loses_a_checkpoint_or_changes_the_result(
 ) -> None:
     directory, moments = tmp_path / "killed", random.Random(0)
     command = ["train", "--resume", "--images", picture_folder, "--run", directory, "--threads", 1,
-               "--optimiser.steps", 10**6, "--intervals.checkpoint", 1, "--intervals.log", 1, "--intervals.preview", 1000]  # fmt: skip
+               "--optimiser.steps", 10**6, "--intervals.checkpoint", 1, "--intervals.log", 1,
+               "--intervals.preview", 1000]  # fmt: skip
     reached = run(with_steps(config, 1), images, directory).step
     for kill in range(KILLS):
         arguments = [sys.executable, "-m", "trainer", *map(str, command)]
