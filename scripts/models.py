@@ -31,7 +31,8 @@ PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
 PAGE = (
     "# The models",
     "",
-    "Made by `make models`, and each alone by its command below. IoU at 32³; median azimuth error, and share of",
+    "Made by `scripts/models.py` (`make models`), and each alone by its command below. IoU at 32³; median azimuth",
+    "error, and share of",
     "azimuths within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the",
     "class's mean shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes,",
     "which only serve as a test.",
@@ -72,7 +73,7 @@ class Model:
         return f"{self.rig}{'-turning' if self.rotate_lights else ''}"
 
 
-# What cars in the usual light are best made of, too.
+# Cars in other lights are made of what suits them in the usual one.
 CARS = ("subdivision",)
 MODELS = (
     *(Model(category, category) for category in CATEGORIES),
@@ -98,9 +99,8 @@ class Workshop:
 
     def bundle(self, model: Model) -> Path:
         """Those of other lights stand apart: the service takes one model of a category."""
-        return (
-            self.output if model.name == model.category else self.output.with_name(f"{self.output.name}-light")
-        ) / model.name
+        usual = model.name == model.category
+        return (self.output if usual else self.output.with_name(f"{self.output.name}-light")) / model.name
 
 
 def main() -> int:

@@ -36,7 +36,7 @@ class TrainCommand:
     side each time: of a procedural class (--class alone), of mesh files (--meshes) or of ShapeNet (--shapenet).
     Writes into the run directory: config.json, metrics.jsonl, tensorboard/, previews/ and checkpoint.safetensors.
     Ctrl-C saves and stops; --resume goes on from there. `torchrun --nproc-per-node N -m -- trainer train …`
-    starts N processes, also on several machines, that share every batch and compute what one would.
+    starts N processes, also on several machines, that share every batch and, of a folder, compute what one would.
     """
 
     images: Path | None
@@ -47,7 +47,8 @@ class TrainCommand:
     shards: Path | None = None
     """Folder of tar files of pictures (WebDataset), as `trainer render --shards` writes them: read while it trains."""
     shards_at_once: int = 8
-    """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded."""
+    """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded. --resume
+    remembers both."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = "demo"
@@ -76,7 +77,8 @@ class TrainCommand:
             images = Path(before.run["images"]) if "images" in before.run else None
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
             shards = Path(before.run["shards"]) if "shards" in before.run else None
-            return cls(images, required, shards, category=before.category, fresh=fresh, config=before.config)
+            at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
+            return cls(images, required, shards, at_once, category=before.category, fresh=fresh, config=before.config)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
@@ -103,7 +105,7 @@ class TrainCommand:
                 report_preparation(console, self.images, source, self.run_directory)
         elif self.shards is not None:
             source = self._stream(self.shards)
-            provenance = {"shards": str(self.shards.resolve())}
+            provenance = {"shards": str(self.shards.resolve()), "shards_at_once": self.shards_at_once}
             shards = f"{len(source.shards)} of them, {len(source.held_out)} held out"
             console.print(f"{source.training} pictures in shards ({shards}), {category}")
         else:

@@ -23,6 +23,7 @@ from trainer.data.shards import INDEX_FILE, read_index, read_shard, rows_of
 from trainer.data.source import Minibatch
 from trainer.data.streaming import ShardPictures, open_shards
 from trainer.errors import DataError
+from trainer.training.checkpoint import load_checkpoint
 
 SCENE = SceneConfig(32, 24)
 SETTINGS = RenderSettings("chair", seed=3, supersampling=2, shard_pictures=6)
@@ -186,9 +187,10 @@ def test_the_commands_write_read_and_resume_them(tmp_path: Path, capsys: pytest.
     assert (status, "8 pictures written" in said) == (0, True)
     small = [*SMALL, "--optimiser.batch-size", "2", "--preset", "quick"]
     train = ["train", "--shards", shards, "--run", directory, "--class", "chair"]
-    status, _, said = answer(capsys, *train, *small, "--optimiser.steps", "2")
+    status, _, said = answer(capsys, *train, *small, "--shards-at-once", "3", "--optimiser.steps", "2")
     assert (status, "4 pictures in shards (1 of them, 1 held out)" in said) == (0, True)
     status, _, said = answer(capsys, "train", "--run", directory, "--resume", "--optimiser.steps", "3")
     assert (status, "finished at step 3" in said) == (0, True)
+    assert load_checkpoint(directory).run["shards_at_once"] == 3  # What a step sees depends on it.
     status, _, said = answer(capsys, *train, "--shards-at-once", "0")
     assert (status, "--shards-at-once from 1 to 1024, found 0" in said) == (2, True)
