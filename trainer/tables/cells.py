@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from trainer.tables.setting import Setting, setting_for
+from trainer.tables.setting import Setting, Variant, setting_for
 from trainer.tables.table import Figure, Row, Table
 
 
@@ -12,7 +12,7 @@ class Cell(NamedTuple):
     """One training."""
 
     category: str
-    setting: Setting
+    setting: Setting | Variant
     seed: int
 
 

@@ -1,4 +1,5 @@
-"""A setting of the paper's experiments (section 5): what its pictures show, and what is learnt from them."""
+"""A setting of the paper's experiments (section 5): what its pictures show, and what is learnt from them; or any other
+configuration under a name of its own."""
 
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -31,6 +32,27 @@ class Setting:
     """`azimuth`: the poses are told in training."""
 
 
+@dataclass(frozen=True)
+class Variant:
+    """A whole configuration, for what no `Setting` can say. It is shown pictures in the coloured lights."""
+
+    name: str
+    """A file name; two variants of a study never share one."""
+    config: TrainConfig
+
+    @property
+    def views(self) -> int:
+        return self.config.optimiser.views_per_instance
+
+    @property
+    def light(self) -> Literal["fixed", "varying"]:
+        return self.config.model.light
+
+    @property
+    def rig(self) -> Literal["colour", "white"]:
+        return "colour"
+
+
 def setting_for(setting: Setting, category: str) -> Setting:
     """The setting with the class's own parameterisation in the place of `best`."""
     if setting.parameterisation != "best":
@@ -38,8 +60,10 @@ def setting_for(setting: Setting, category: str) -> Setting:
     return replace(setting, parameterisation=_BEST.get(category, "subdivision"))
 
 
-def setting_name(setting: Setting) -> str:
-    """What differs from Table 1, as a file name; two settings never share one."""
+def setting_name(setting: Setting | Variant) -> str:
+    """What differs from Table 1, as a file name; two settings never share one. A variant's own."""
+    if isinstance(setting, Variant):
+        return setting.name
     told = [
         (setting.parameterisation, setting.parameterisation != "subdivision"),
         (setting.rig, setting.rig != "colour"),
@@ -52,11 +76,13 @@ def setting_name(setting: Setting) -> str:
     return "_".join(part for part, differs in told if differs) or "baseline"
 
 
-def training_config(setting: Setting, recipe: TrainConfig) -> TrainConfig:
-    """The recipe, changed in what the setting says.
+def training_config(setting: Setting | Variant, recipe: TrainConfig) -> TrainConfig:
+    """The recipe, changed in what the setting says; or a variant's own.
 
     Several views of each object take half as many objects a step (the paper: 128 pictures, or 64 objects in three).
     """
+    if isinstance(setting, Variant):
+        return setting.config
     parameterisation: Parameterisation = (
         "subdivision" if setting.parameterisation == "best" else setting.parameterisation
     )

@@ -57,6 +57,8 @@ class Study:
     """How long a cell is trained; None: for the recipe's steps."""
     shapenet: Path | None = None
     """ShapeNetCore instead of procedural classes."""
+    picture_size: tuple[int, int] | None = None
+    """Width and height at which pictures are rendered, pixels; None: at the recipe's. Trainings reduce them."""
 
     @property
     def objects(self) -> str:
@@ -84,7 +86,8 @@ class Study:
         return self._folder(cell, "test", self.test_instances, self.test_views)
 
     def _folder(self, cell: Cell, part: Split, instances: int | None, views: int) -> Folder:
-        width, height, varying = self.recipe.width, self.recipe.height, cell.setting.light == "varying"
+        width, height = self.picture_size or (self.recipe.width, self.recipe.height)
+        varying = cell.setting.light == "varying"
         rig = load_rig(cell.setting.rig)
         parent = self.root / "pictures" / f"{width}x{height}" / self.objects / cell.category
         return Folder(
@@ -117,16 +120,16 @@ class Study:
             return False
         trained = self.trained(cell)
         steps: int = trained["steps"]
-        return self.next_goal(steps, trained["seconds"]) == steps
+        return self.next_goal(cell, steps, trained["seconds"]) == steps
 
-    def next_goal(self, steps: int, seconds: float) -> int:
+    def next_goal(self, cell: Cell, steps: int, seconds: float) -> int:
         """The step until which a cell is trained next, from what it has behind it; that step itself at the end.
 
         A cell that is given time makes a first few steps, and then as many as their pace leaves time for, until hardly
         any is left.
         """
         if self.seconds is None:
-            return max(steps, self.recipe.optimiser.steps)
+            return max(steps, self.config(cell).optimiser.steps)
         if steps == 0:
             return _FIRST_STEPS
         left = self.seconds - seconds

@@ -52,7 +52,7 @@ def _train(study: Study, cell: Cell) -> None:
     if begun := (directory / FILE_NAME).exists():
         before = load_checkpoint(directory)
         steps, seconds = before.step, before.run["seconds"]
-    while (goal := study.next_goal(steps, seconds)) > steps:
+    while (goal := study.next_goal(cell, steps, seconds)) > steps:
         part = replace(config, optimiser=replace(config.optimiser, steps=goal))
         last = train(
             part, images, cell.category, directory, Intervals(), begun, _to_nobody, {"images": str(folder.resolve())}

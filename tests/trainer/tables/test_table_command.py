@@ -11,6 +11,8 @@ import pytest
 
 from tests.trainer.command_line import answer, start
 from trainer.presets import load_preset
+from trainer.tables.cells import Cell
+from trainer.tables.setting import Setting, Variant
 from trainer.tables.study import Study
 from trainer.training.checkpoint import load_checkpoint
 
@@ -23,6 +25,7 @@ encoder_channels = [4, 4, 8, 8, 8, 16]
 batch_size = 8
 steps = 6
 """
+CELL = Cell("car", Setting(), 0)
 FEW = ["--classes", "car", "--seeds", "0", "--instances", "12", "--test-instances", "3", "--test-views", "2"]
 
 
@@ -125,16 +128,19 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
 
 def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
     study = Study(Path(), "demo", load_preset("demo"), 10, 2, 1, seconds=100.0)
-    assert study.next_goal(0, 0.0) == 50
+    assert study.next_goal(CELL, 0, 0.0) == 50
     # 50 steps in 10 s leave time for 450 more.
-    assert study.next_goal(50, 10.0) == 500
+    assert study.next_goal(CELL, 50, 10.0) == 500
     # Too slow at first: there is time left, and it is used.
-    assert study.next_goal(500, 80.0) == 625
+    assert study.next_goal(CELL, 500, 80.0) == 625
     for seconds in (98.5, 100.0, 130.0):
-        assert study.next_goal(600, seconds) == 600
+        assert study.next_goal(CELL, 600, seconds) == 600
     by_steps = replace(study, seconds=None)
-    assert by_steps.next_goal(0, 0.0) == by_steps.next_goal(1999, 900.0) == 2000
-    assert by_steps.next_goal(2000, 901.0) == 2000
+    assert by_steps.next_goal(CELL, 0, 0.0) == by_steps.next_goal(CELL, 1999, 900.0) == 2000
+    # A variant has steps of its own.
+    short = Cell("car", Variant("short", load_preset("quick")), 0)
+    assert by_steps.next_goal(short, 0, 0.0) == by_steps.next_goal(short, 500, 70.0) == 500
+    assert by_steps.next_goal(CELL, 2000, 901.0) == 2000
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,86 @@
+"""From trainings that are done to a report: judged, exported, timed."""
+
+import datetime
+import os
+import platform
+from dataclasses import replace
+from pathlib import Path
+
+import onnxruntime
+import torch
+
+from trainer.errors import DataError
+from trainer.evaluation.bundle import from_bundle
+from trainer.evaluation.subject import Subject, from_checkpoint
+from trainer.frontier.accuracy import Run, judged
+from trainer.frontier.bundles import exported
+from trainer.frontier.costs import Architecture, architecture_of, costs_of
+from trainer.frontier.plan import Plan, Point
+from trainer.frontier.report import Machine, Report, measured
+from trainer.frontier.trainings import Trained, trained_points
+from trainer.tables.cells import Cell
+from trainer.tables.study import Study
+from trainer.training.checkpoint import load_checkpoint
+
+
+def measure(plan: Plan, study: Study, budget: str) -> Report:
+    """A report on the points whose trainings are done.
+
+    What cannot be exported or judged is left out, and the report says why.
+    """
+    there: list[tuple[Trained, list[Run]]] = []
+    bundles: dict[Architecture, Path] = {}
+    skipped: list[str] = []
+    for trained in trained_points(plan):
+        cells = [cell for cell in trained.cells if study.is_trained(cell)]
+        if not cells:
+            skipped.append(f"{trained.point.choice.name}, {trained.category}: not trained")
+            continue
+        try:
+            architecture = architecture_of(trained.point)
+            if architecture not in bundles:
+                bundles[architecture] = exported(study, cells[0], trained.point.choice.bundle)
+            there.append((trained, [_judged(study, trained.point, cell) for cell in cells]))
+        except DataError as error:
+            skipped.append(f"{trained.point.choice.name}, {trained.category}: {error}")
+    costs = costs_of(bundles, study.root)
+    points = tuple(
+        measured(trained.point, trained.category, runs, costs[architecture_of(trained.point)])
+        for trained, runs in there
+    )
+    date = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return Report(budget, date, _machine(), plan.scale, points, tuple(skipped))
+
+
+def _judged(study: Study, point: Point, cell: Cell) -> Run:
+    subject, kind = _subject(study, point, cell)
+    return judged(study, cell, subject, kind)
+
+
+def _subject(study: Study, point: Point, cell: Cell) -> tuple[Subject, str]:
+    """(what is judged, by what its files are told from the training's own)"""
+    choice = point.choice
+    kinds: list[str] = []
+    if choice.bundle == "float32":
+        subject = from_checkpoint(load_checkpoint(study.run_directory(cell)))
+    else:
+        subject = from_bundle(exported(study, cell, choice.bundle))
+        kinds.append(choice.bundle)
+    if choice.refine:
+        subject = replace(subject, refinement=choice.refine)
+        kinds.append(f"refined-{choice.refine}")
+    return subject, "-".join(kinds)
+
+
+def _machine() -> Machine:
+    information = Path("/proc/cpuinfo")
+    lines = information.read_text().splitlines() if information.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return Machine(
+        cpu=names[0] if names else platform.processor() or platform.machine(),
+        cores=len(os.sched_getaffinity(0)),
+        system=f"{platform.system()} {platform.machine()}",
+        python=platform.python_version(),
+        torch=torch.__version__,
+        onnxruntime=onnxruntime.__version__,
+    )

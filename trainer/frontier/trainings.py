@@ -1,0 +1,46 @@
+"""The trainings behind the points, as a study of `trainer.tables`: each is done once, whichever points share it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from trainer.frontier.plan import Plan, Point
+from trainer.presets import load_preset
+from trainer.tables.cells import Cell, Task
+from trainer.tables.study import Study
+
+
+class Trained(NamedTuple):
+    """A point for one class: the trainings that it is measured on, one for each seed."""
+
+    point: Point
+    category: str
+    cells: tuple[Cell, ...]
+
+
+def study_of(plan: Plan, root: Path) -> Study:
+    """The study in `root`, which several plans may share as long as they are of one scale."""
+    scale = plan.scale
+    return Study(
+        root=root,
+        recipe_name=Path(scale.preset).stem,
+        recipe=load_preset(scale.preset),
+        instances=scale.instances,
+        test_instances=scale.test_instances,
+        test_views=scale.test_views,
+        seconds=None,
+        picture_size=(scale.width, scale.height),
+    )
+
+
+def trained_points(plan: Plan) -> Iterator[Trained]:
+    """All points, in the plan's order."""
+    for point in plan.points:
+        for category in point.choice.classes:
+            yield Trained(point, category, tuple(Cell(category, point.variant, seed) for seed in point.choice.seeds))
+
+
+def tasks_of(plan: Plan) -> list[Task]:
+    """Each training once, in the order in which points first ask for it."""
+    cells = dict.fromkeys(cell for trained in trained_points(plan) for cell in trained.cells)
+    return [Task(cell, (1,)) for cell in cells]
