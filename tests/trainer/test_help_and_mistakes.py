@@ -9,7 +9,7 @@ import pytest
 
 from tests.trainer.command_line import answer
 
-COMMANDS = ("shapes", "render", "train", "evaluate", "sample", "interpolate", "reconstruct", "table")
+COMMANDS = ("shapes", "render", "train", "evaluate", "sample", "interpolate", "reconstruct", "table", "select")
 
 
 @pytest.fixture(autouse=True)

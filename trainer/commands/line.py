@@ -31,6 +31,7 @@ COMMANDS = {
     "interpolate": "InterpolateCommand",
     "reconstruct": "ReconstructCommand",
     "table": "TableCommand",
+    "select": "SelectCommand",
 }
 """Each command's class, in the module `trainer.commands.<name>`."""
 

@@ -1,0 +1,83 @@
+"""Which models are compared, and how large they are."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from trainer.config import ModelConfig, TrainConfig
+from trainer.errors import ConfigError
+from trainer.mapping import from_mapping
+from trainer.presets import load_preset
+from trainer.selection.candidates import Candidate, Form, config_of, grid, parse_form
+from trainer.selection.size import size_of
+
+MODELS = Path(__file__).parents[3] / "models"
+
+
+def test_the_grid_holds_every_combination_once() -> None:
+    found = grid(["subdivision-3", "full-block-12"], [6, 12], ["fixed", "varying"])
+    assert len(set(found)) == 8
+    assert len({candidate.name for candidate in found}) == 8
+    assert Candidate(Form("full-block", 12), 6, "varying") in found
+
+
+@pytest.mark.parametrize("text", ["cube-3", "subdivision", "subdivision-0", "subdivision-3x", "ortho-block-", ""])
+def test_what_is_no_form_is_refused(text: str) -> None:
+    with pytest.raises(ConfigError, match=r"Expected --forms such as subdivision-4 .*, found "):
+        parse_form(text)
+
+
+def test_a_candidate_changes_the_model_alone() -> None:
+    recipe = replace(load_preset("quick"), model=ModelConfig(segments=2, hidden=48))
+    blocks = config_of(Candidate(Form("ortho-block", 3), 6, "fixed"), recipe)
+    assert replace(blocks, model=recipe.model) == recipe
+    assert blocks.model == ModelConfig(latent=6, hidden=48, parameterisation="ortho-block", blocks=3)
+    meshed = config_of(Candidate(Form("subdivision", 5), 9, "varying"), recipe)
+    assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, light="varying")
+    with pytest.raises(ConfigError, match=r"Expected model.segments from 1 to 64, found 65"):
+        config_of(Candidate(Form("subdivision", 65), 9, "fixed"), recipe)
+
+
+def test_silhouettes_have_no_light_to_infer() -> None:
+    recipe = load_preset("quick")
+    silhouettes = replace(recipe, loss=replace(recipe.loss, kind="silhouette"))
+    config_of(Candidate(Form("subdivision", 4), 12, "fixed"), silhouettes)
+    with pytest.raises(ConfigError, match="silhouettes say nothing about the light"):
+        config_of(Candidate(Form("subdivision", 4), 12, "varying"), silhouettes)
+
+
+@pytest.mark.parametrize(
+    ("form", "outputs", "vertices"),
+    [
+        ("subdivision-3", 3 * 56, 56),
+        ("subdivision-4", 3 * 98, 98),
+        ("ortho-block-6", 6 * 6, 144),
+        ("full-block-6", 9 * 6, 144),
+    ],
+)
+def test_the_decoder_has_two_layers_and_the_sizes_say_so(form: str, outputs: int, vertices: int) -> None:
+    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed"), load_preset("quick")))
+    assert size.shape_parameters == (6 + 1) * 32 + (32 + 1) * outputs
+    assert size.vertices == vertices
+
+
+def test_each_dimension_of_the_code_and_each_angle_of_the_light_is_paid_for() -> None:
+    def parameters(latent: int, light: str) -> int:
+        model = ModelConfig(latent=latent, light="varying" if light else "fixed")
+        return size_of(replace(load_preset("quick"), model=model)).parameters
+
+    # Mean and deviation from 128 features and a bias each, and a row of the decoder's 32.
+    assert parameters(7, "") - parameters(6, "") == 2 * 129 + 32
+    assert parameters(6, "varying") - parameters(6, "") == (3 + 2) * 129
+
+
+def test_the_estimate_is_what_the_bundles_that_ship_weigh() -> None:
+    manifests = sorted(MODELS.glob("*/manifest.json"))
+    assert len(manifests) > 5
+    for path in manifests:
+        config = from_mapping(TrainConfig, json.loads(path.read_text())["training"]["config"], str(path))
+        weighed = sum(file.stat().st_size for file in path.parent.iterdir())
+        assert math.isclose(size_of(config).bundle_bytes, weighed, rel_tol=0.03), path.parent.name
