@@ -10,15 +10,14 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imaging.framing import Frame, frame_of
+from imaging.framing import frame_of
 from imaging.preparation import Method, Prepared
 from imaging.scaling import block_means
 from service.inference import Engine, Posterior, Surface
 from service.manifest import HeldOut
 from service.rendering.picture import draw
-from service.rendering.projection import project
+from service.rendering.projection import fitted, project
 from service.rendering.shading import shade
 
 MOST_STRANGE: Final = 2.0
@@ -44,7 +43,7 @@ def unexplained(engine: Engine, prepared: Prepared, posterior: Posterior, surfac
     columns, rows = width // side, height // side
     screen = project(surface.vertices, posterior.azimuth, camera, columns, rows)
     if prepared.method != "framed":
-        screen = _fitted(screen, frame_of(columns, rows, camera.distance, camera.field_of_view_degrees))
+        screen = fitted(screen, frame_of(columns, rows, camera.distance, camera.field_of_view_degrees))
     light_azimuth = 0.0 if posterior.light is None else posterior.light.azimuth
     colours = shade(surface.normals, posterior.azimuth, light_azimuth, manifest.lights, manifest.ambient)
     samples = max(1, round(_SAMPLES * _ROWS / rows))
@@ -79,11 +78,3 @@ def category_probabilities(errors: Mapping[str, Sequence[float]]) -> dict[str, f
 def _square(width: int, height: int) -> int:
     """Side of the squares, pixels: the largest that fills the picture exactly."""
     return max(side for side in range(1, max(1, height // _ROWS) + 1) if width % side == height % side == 0)
-
-
-def _fitted(screen: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
-    """The mesh brought where and as large as framing brings objects."""
-    low, high = screen[:, :2].min(0), screen[:, :2].max(0)
-    scale = frame.diagonal / max(float(np.hypot(*(high - low))), 1e-9)
-    centre = (frame.width / 2, frame.height / 2 + frame.drop)
-    return np.column_stack(((screen[:, :2] - (low + high) / 2) * scale + centre, screen[:, 2]))

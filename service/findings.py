@@ -17,6 +17,7 @@ from service.report import (
     LightPosteriorReport,
     LightReport,
     PosteriorReport,
+    RefinementReport,
     Report,
     ViewReport,
 )
@@ -46,6 +47,7 @@ def report_reconstruction(
     shape_deviation: NDArray[np.float32],
     hypotheses: int = 3,
     category_probabilities: dict[str, float] | None = None,
+    refinement: RefinementReport | None = None,
 ) -> Report:
     """The report on pictures of one object with its pooled shape code, and the `hypotheses` most probable turns."""
     first, light = views[0].posterior, views[0].posterior.light
@@ -76,6 +78,7 @@ def report_reconstruction(
         category_probabilities=category_probabilities
         and {name: round(probability, 7) for name, probability in category_probabilities.items()},
         views=told,
+        refinement=refinement,
         seed=None,
         temperature=None,
         interpolation=None,
@@ -98,6 +101,7 @@ def report_shape(manifest: Manifest, shape_code: NDArray[np.float32], azimuth: f
         out_of_class_score=None,
         category_probabilities=None,
         views=None,
+        refinement=None,
         seed=origin.seed,
         temperature=origin.temperature,
         interpolation=origin.interpolation,

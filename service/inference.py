@@ -73,7 +73,7 @@ class Posterior:
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh in the object frame: vertices [V, 3] and unit normals [V, 3]."""
+    """A mesh in the object frame: vertices [V, 3] and unit normals [V, 3]; of several, an axis for them stands first."""
 
     vertices: Array
     normals: Array
@@ -131,8 +131,18 @@ def decode(engine: Engine, shape_code: Array) -> Surface:
     Raises:
         InferenceError: the graph failed, or gave numbers that are not finite.
     """
-    vertices, normals = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: shape_code[None]})
-    return Surface(vertices[0], normals[0])
+    surfaces = decode_all(engine, shape_code[None])
+    return Surface(surfaces.vertices[0], surfaces.normals[0])
+
+
+def decode_all(engine: Engine, shape_codes: Array) -> Surface:
+    """The meshes of several shape codes [K, Z] at once: vertices and normals [K, V, 3].
+
+    Raises:
+        InferenceError: the graph failed, or gave numbers that are not finite.
+    """
+    vertices, normals = _run(engine.decoder, DECODER_OUTPUTS, {DECODER_INPUT: shape_codes})
+    return Surface(vertices, normals)
 
 
 def pool(posteriors: Sequence[Posterior]) -> tuple[Array, Array]:

@@ -16,7 +16,8 @@ from service.image import check_pixels, read_picture
 from service.inference import Array, Engine, Posterior, Surface, decode, encode, pool
 from service.manifest import Camera, Picture
 from service.overlay import enlargement, overlay_png
-from service.report import Report
+from service.refinement import AS_ENCODED, Effort, improve
+from service.report import RefinementReport, Report
 
 
 class Candidate(NamedTuple):
@@ -38,10 +39,12 @@ def reconstruct(
     max_pixels: int,
     form: Form = "glb",
     hypotheses: int = 3,
+    effort: Effort = AS_ENCODED,
 ) -> Answer:
-    """The object in uploaded pictures, by the one of several models that explains them best.
+    """The object in uploaded pictures, by the one of several models that explains them best, its answer refined.
 
-    A PNG shows the mesh over the first picture.
+    Scores and the choice of the model rest on what the encoder says: so do the figures that they are compared with. A
+    PNG shows the mesh over the first picture.
 
     Raises:
         ImageError: an upload is no picture that can be read, or none of the models explains it.
@@ -49,7 +52,8 @@ def reconstruct(
     """
     if len(contents) > 1:
         check_pixels(contents, max_pixels)
-    seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", form), 0.0)
+    refining = ("refine",) if effort.iterations else ()
+    seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", *refining, form), 0.0)
     candidates: dict[str, Candidate] = {}
     pictures: dict[tuple[Picture, Camera], tuple[Prepared, ...]] = {}
     for engine in engines:
@@ -64,6 +68,11 @@ def reconstruct(
     told = probabilities if len(engines) > 1 else None
     reports = ((candidates[name], _report(candidates[name], told, hypotheses)) for name in probabilities)
     best, report = _first_explained(reports)
+    if effort.iterations:
+        began = perf_counter()
+        best, gain = _refined(best, effort)
+        report = _report(best, told, hypotheses, gain)
+        seconds["refine"] += perf_counter() - began
     began = perf_counter()
     content = _glb(best, report) if form == "glb" else _png(best, contents[0], max_pixels)
     seconds[form] += perf_counter() - began
@@ -92,6 +101,20 @@ def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, floa
     return Candidate(engine, pictures, posteriors, shape_code, shape_deviation, surface, errors)
 
 
+def _refined(candidate: Candidate, effort: Effort) -> tuple[Candidate, RefinementReport]:
+    """The same candidate with better poses, lights and shape, its errors as they were; and what was gained."""
+    engine, pictures = candidate.engine, candidate.pictures
+    better = improve(engine, pictures, candidate.posteriors, candidate.shape_code, effort)
+    surface = decode(engine, better.shape_code)
+    errors = [
+        unexplained(engine, prepared, posterior, surface)
+        for prepared, posterior in zip(pictures, better.posteriors, strict=True)
+    ]
+    before, after = (round(sum(found) / len(found), 6) for found in (candidate.errors, errors))
+    new = candidate._replace(posteriors=better.posteriors, shape_code=better.shape_code, surface=surface)
+    return new, RefinementReport(better.iterations, before, after)
+
+
 def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepared:
     """A picture as the model sees it, or `scale` times as large."""
     size, camera = engine.manifest.picture, engine.manifest.camera
@@ -99,14 +122,19 @@ def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepar
     return read_picture(content, width, height, max_pixels, camera.distance, camera.field_of_view_degrees)
 
 
-def _report(candidate: Candidate, probabilities: dict[str, float] | None, hypotheses: int) -> Report:
+def _report(
+    candidate: Candidate,
+    probabilities: dict[str, float] | None,
+    hypotheses: int,
+    refinement: RefinementReport | None = None,
+) -> Report:
     manifest = candidate.engine.manifest
     views = [
         View(posterior, out_of_class_score(manifest.held_out, prepared.method, error))
         for posterior, prepared, error in zip(candidate.posteriors, candidate.pictures, candidate.errors, strict=True)
     ]
     code, deviation = candidate.shape_code, candidate.shape_deviation
-    return report_reconstruction(manifest, views, code, deviation, hypotheses, probabilities)
+    return report_reconstruction(manifest, views, code, deviation, hypotheses, probabilities, refinement)
 
 
 def _first_explained(reports: Iterator[tuple[Candidate, Report]]) -> tuple[Candidate, Report]:

@@ -86,6 +86,17 @@ class ViewReport:
 
 
 @dataclass(frozen=True)
+class RefinementReport:
+    """What was gained by following the pictures downhill from what the encoder said."""
+
+    iterations: int
+    """As many as were asked for, or fewer where no more was to be gained, or time was up."""
+    rerender_error_before: float
+    """Share of the pictures' light that the drawing gets wrong: Σ (x − x̂)² / Σ x², the mean over the pictures."""
+    rerender_error_after: float
+
+
+@dataclass(frozen=True)
 class InterpolationReport:
     """A shape between those of two seeds: (1 − t) · from + t · to, number by number."""
 
@@ -122,6 +133,8 @@ class Report:
     """The categories, most probable first; null where the request named one, or there is only one."""
     views: tuple[ViewReport, ...] | None
     """One for each picture, in the order of the request; for pictures only."""
+    refinement: RefinementReport | None
+    """Null where none was asked for."""
     seed: int | None
     """For a sample only."""
     temperature: float | None

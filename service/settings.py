@@ -18,6 +18,7 @@ _BOUNDS: Final = {
     "threads": (1, 256),
     "queue": (0, 65536),
     "deadline": (0, 3600),
+    "refine_seconds": (0, 60),
     "workers": (1, 256),
 }
 
@@ -45,6 +46,8 @@ class Settings(BaseSettings):
     """Requests that may wait for one of the threads; more are refused (429)."""
     deadline: float = 30.0
     """How long a request may wait for one of the threads, seconds, before it is given up (503); 0 is for ever."""
+    refine_seconds: float = 1.0
+    """How long an answer may be refined where a request asks for it, seconds; no iteration begins later."""
     workers: int = 1
     """Processes, each with threads, a queue, models and figures of its own."""
 

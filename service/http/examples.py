@@ -43,6 +43,7 @@ RECONSTRUCTION: Final[dict[str, Any]] = {
             "out_of_class_score": 0.3127,
         }
     ],
+    "refinement": None,
     "seed": None,
     "temperature": None,
     "interpolation": None,

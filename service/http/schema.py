@@ -8,7 +8,7 @@ from service.http.examples import DETAILS
 from service.http.media import GLB, PNG
 from service.http.problem import MEDIA_TYPE as PROBLEM
 from service.http.problem import Problem
-from service.http.upload import AUTOMATIC, MOST_HYPOTHESES, MOST_PICTURES
+from service.http.upload import AUTOMATIC, MOST_HYPOTHESES, MOST_ITERATIONS, MOST_PICTURES
 from service.report import Report
 
 
@@ -72,6 +72,14 @@ UPLOAD: Final[dict[str, Any]] = {
                             "maximum": MOST_HYPOTHESES,
                             "default": 3,
                             "description": "How many turns of the object to tell, the most probable first.",
+                        },
+                        "refine": {
+                            "type": "integer",
+                            "minimum": 0,
+                            "maximum": MOST_ITERATIONS,
+                            "default": 0,
+                            "description": "Iterations in which shape, pose and light follow the pictures, a few "
+                            "milliseconds each.",
                         },
                     },
                 }

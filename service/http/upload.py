@@ -14,18 +14,22 @@ AUTOMATIC: Final = "auto"
 """The category of a picture of which the service shall tell the category."""
 MOST_PICTURES: Final = 16
 MOST_HYPOTHESES: Final = 360
+MOST_ITERATIONS: Final = 50
 
-_FIELDS: Final = ("image", "category", "hypotheses")
+_FIELDS: Final = ("image", "category", "hypotheses", "refine")
 _ADVICE: Final = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
 
 
 @dataclass(frozen=True)
 class Upload:
-    """Uploaded pictures as they came, the category that they are said to show, and how many hypotheses are wanted."""
+    """Uploaded pictures as they came, the category that they are said to show, and what is wanted."""
 
     images: tuple[bytes, ...]
     category: str | None
     hypotheses: int
+    """How many turns to tell."""
+    refine: int
+    """Iterations of refinement."""
 
 
 async def read_upload(request: Request, limit: int) -> Upload:
@@ -58,9 +62,13 @@ async def read_upload(request: Request, limit: int) -> Upload:
     try:
         unknown = sorted(set(form) - set(_FIELDS))
         if unknown:
-            raise _invalid(f"expected the fields image, category and hypotheses, found {', '.join(unknown)[:80]}")
+            raise _invalid(
+                f"expected the fields image, category, hypotheses and refine, found {', '.join(unknown)[:80]}"
+            )
         images = [await file.read() for file in _files(form)]
-        return Upload(tuple(images), _text(form, "category") or None, _hypotheses(_text(form, "hypotheses")))
+        hypotheses = _number(_text(form, "hypotheses"), "hypotheses", 1, MOST_HYPOTHESES, 3)
+        refine = _number(_text(form, "refine"), "refine", 0, MOST_ITERATIONS, 0)
+        return Upload(tuple(images), _text(form, "category") or None, hypotheses, refine)
     finally:
         await form.close()
 
@@ -85,12 +93,12 @@ def _text(form: FormData, name: str) -> str:
     return text
 
 
-def _hypotheses(text: str) -> int:
+def _number(text: str, name: str, lowest: int, highest: int, absent: int) -> int:
     if not text:
-        return 3
-    known = text.isascii() and text.isdigit() and len(text) <= len(str(MOST_HYPOTHESES))
-    if not (known and 1 <= int(text) <= MOST_HYPOTHESES):
-        raise _invalid(f"expected hypotheses from 1 to {MOST_HYPOTHESES}, found “{text[:40]}”")
+        return absent
+    known = text.isascii() and text.isdigit() and len(text) <= len(str(highest))
+    if not (known and lowest <= int(text) <= highest):
+        raise _invalid(f"expected {name} from {lowest} to {highest}, found “{text[:40]}”")
     return int(text)
 
 

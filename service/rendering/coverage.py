@@ -24,7 +24,7 @@ class Coverage(NamedTuple):
     """The N samples that see a face; all others see the background."""
 
     samples: Integers
-    """[N] row · width + column."""
+    """[N] (picture · height + row) · width + column."""
     faces: Integers
     """[N] the nearest face there."""
     weights: Floats
@@ -40,31 +40,32 @@ class _Rows(NamedTuple):
     counts: Integers
 
 
-def cover(screen: Floats, faces: Integers, width: int, height: int) -> Coverage:
+def cover(screen: Floats, faces: Integers, width: int, height: int, pictures: int = 1) -> Coverage:
     """The nearest face at each of height · width samples; both sides of a face are visible.
 
     `screen` [V, 3] holds x and y in samples from the top left corner, and the inverse depth; sample (row, column) is at
     (column + 0.5, row + 0.5). One on an edge that two faces share belongs to exactly one of them: left and upper edges
-    are inside, right and lower ones outside.
+    are inside, right and lower ones outside. Several `pictures` have as many of the faces each, one after another.
     """
+    faces_each = max(1, len(faces) // pictures)
     corners = screen[faces]
     planes, sound = _planes(corners)
     depth_planes = planes.sum(1)
     rows = _rows(corners, sound, width, height)
-    nearest = np.zeros(height * width)
-    owner = np.full(height * width, -1)
+    nearest = np.zeros(pictures * height * width)
+    owner = np.full(pictures * height * width, -1)
     for portion in _portions(rows.counts):
         counts = rows.counts[portion]
         column = np.repeat(rows.first[portion], counts) + _places(counts)
         row, face = np.repeat(rows.rows[portion], counts), np.repeat(rows.faces[portion], counts)
-        sample, plane = row * width + column, depth_planes[face]
+        sample, plane = (face // faces_each * height + row) * width + column, depth_planes[face]
         nearness = plane[:, 0] * (column + 0.5) + plane[:, 1] * (row + 0.5) + plane[:, 2]
         np.maximum.at(nearest, sample, nearness)
         # Where two faces are equally near, the last one stays.
         ahead = nearness == nearest[sample]
         owner[sample[ahead]] = face[ahead]
     seen = np.flatnonzero(owner >= 0)
-    row, column = np.divmod(seen, width)
+    row, column = np.divmod(seen % (height * width), width)
     shares = np.einsum("nkc,nc->nk", planes[owner[seen]], np.stack((column + 0.5, row + 0.5, np.ones(len(seen))), -1))
     return Coverage(seen, owner[seen], shares / shares.sum(1, keepdims=True))
 

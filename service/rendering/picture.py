@@ -11,7 +11,8 @@ Floats = NDArray[np.float64]
 
 
 class Drawing(NamedTuple):
-    """A picture [3, H, W], linear RGB over black, and the share of each pixel that shows the object [H, W]."""
+    """A picture [3, H, W], linear RGB over black, and the share of each pixel that shows the object [H, W]; of several
+    with an axis for them in front."""
 
     colour: Floats
     coverage: Floats
@@ -22,10 +23,21 @@ def draw(screen: Floats, colours: Floats, faces: NDArray[np.int64], width: int, 
 
     Each pixel is the mean of `samples`² points on a regular grid. Colours are interpolated on the surface.
     """
-    seen = cover(screen * (samples, samples, 1), faces, width * samples, height * samples)
-    values = np.einsum("nk,nkc->nc", seen.weights, colours[faces[seen.faces]])
-    row, column = np.divmod(seen.samples, width * samples)
+    colour, coverage = draw_all(screen[None], colours[None], faces, width, height, samples)
+    return Drawing(colour[0], coverage[0])
+
+
+def draw_all(
+    screens: Floats, colours: Floats, faces: NDArray[np.int64], width: int, height: int, samples: int
+) -> Drawing:
+    """`draw` for N meshes that share their faces, each in a picture of its own: [N, V, 3] → [N, 3, H, W], [N, H, W]."""
+    count, vertices = screens.shape[:2]
+    every = (faces + vertices * np.arange(count)[:, None, None]).reshape(-1, 3)
+    across, down = width * samples, height * samples
+    seen = cover((screens * (samples, samples, 1)).reshape(-1, 3), every, across, down, count)
+    values = np.einsum("nk,nkc->nc", seen.weights, colours.reshape(-1, 3)[every[seen.faces]])
+    row, column = np.divmod(seen.samples, across)
     pixel = row // samples * width + column // samples
-    planes = [np.bincount(pixel, plane, height * width) for plane in (*values.T, np.ones(len(pixel)))]
-    means = np.stack(planes).reshape(4, height, width) / samples**2
-    return Drawing(means[:3], means[3])
+    planes = [np.bincount(pixel, plane, count * height * width) for plane in (*values.T, np.ones(len(pixel)))]
+    means = np.stack(planes).reshape(4, count, height, width) / samples**2
+    return Drawing(means[:3].swapaxes(0, 1), means[3])

@@ -4,8 +4,9 @@ import math
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from imaging.framing import Frame
 from service.manifest import Camera
 
 NEAREST_DEPTH: Final = 0.05
@@ -13,9 +14,10 @@ NEAREST_DEPTH: Final = 0.05
 
 
 def project(
-    vertices: NDArray[np.float32], azimuth: float, camera: Camera, width: float, height: float
+    vertices: NDArray[np.float32], azimuth: ArrayLike, camera: Camera, width: float, height: float
 ) -> NDArray[np.float64]:
-    """Screen coordinates x, y, w [V, 3] of vertices [V, 3] of an object turned by `azimuth` radians about +Y.
+    """Screen coordinates x, y, w [..., V, 3] of vertices [..., V, 3] of objects turned by `azimuth` [...] radians
+    about +Y.
 
     x and y are from the top left corner of a picture that is `width` × `height` units large; w is the inverse depth,
     larger for what is nearer. It is the camera that training drew with.
@@ -25,19 +27,34 @@ def project(
     sine, cosine = math.sin(elevation), math.cos(elevation)
     # Rows: the camera's right, up and forward axes in the world.
     view = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, -sine, -cosine]])
-    seen = vertices @ (view @ rotation_about_y(azimuth)).T
-    inverse_depth = 1.0 / np.maximum(seen[:, 2] + camera.distance, NEAREST_DEPTH)
+    seen = vertices @ (view @ rotation_about_y(azimuth)).swapaxes(-1, -2)
+    inverse_depth = 1.0 / np.maximum(seen[..., 2] + camera.distance, NEAREST_DEPTH)
     return np.stack(
         (
-            width / 2 + focal * seen[:, 0] * inverse_depth,
-            height / 2 - focal * seen[:, 1] * inverse_depth,
+            width / 2 + focal * seen[..., 0] * inverse_depth,
+            height / 2 - focal * seen[..., 1] * inverse_depth,
             inverse_depth,
         ),
         -1,
     )
 
 
-def rotation_about_y(angle: float) -> NDArray[np.float64]:
-    """Right-handed rotation about +Y by `angle` radians, for column vectors: +Z turns towards +X."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+def fitted(screens: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
+    """Meshes on the screen [..., V, 3] brought where and as large as framing brings objects."""
+    low, high = screens[..., :2].min(-2, keepdims=True), screens[..., :2].max(-2, keepdims=True)
+    diagonal = np.hypot(*np.moveaxis(high - low, -1, 0))[..., None]
+    scale = frame.diagonal / np.maximum(diagonal, 1e-9)
+    centre = (frame.width / 2, frame.height / 2 + frame.drop)
+    return np.concatenate(((screens[..., :2] - (low + high) / 2) * scale + centre, screens[..., 2:]), -1)
+
+
+def rotation_about_y(angle: ArrayLike) -> NDArray[np.float64]:
+    """Right-handed rotations [..., 3, 3] about +Y by angles [...] in radians, for column vectors: +Z turns towards
+    +X."""
+    angles = np.asarray(angle, np.float64)
+    matrices = np.zeros((*angles.shape, 3, 3))
+    matrices[..., 0, 0] = matrices[..., 2, 2] = np.cos(angles)
+    matrices[..., 0, 2] = np.sin(angles)
+    matrices[..., 2, 0] = -matrices[..., 0, 2]
+    matrices[..., 1, 1] = 1.0
+    return matrices

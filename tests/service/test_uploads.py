@@ -185,7 +185,7 @@ def test_wrong_fields_are_named(client: httpx.Client, picture: bytes) -> None:
     many = [("image", ("a", picture))] * 17
     assert "Too many files" in problem(client.post("/reconstruct", files=many), 422, "invalid-form")
     stranger = client.post("/reconstruct", files={"picture": ("a", picture)})
-    assert "expected the fields image, category and hypotheses, found picture" in problem(stranger, 422, "invalid-form")
+    assert "expected the fields image, category, hypotheses and refine, found picture" in problem(stranger, 422, "invalid-form")
     twice = client.post("/reconstruct", files={"image": ("a", picture)}, data={"category": ["car", "car"]})
     assert "expected one category at most, found 2" in problem(twice, 422, "invalid-form")
     as_file = client.post("/reconstruct", files={"image": ("a", picture), "category": ("a", b"car")})

@@ -1,7 +1,7 @@
 """`python -m trainer evaluate`"""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self, cast
 
@@ -38,6 +38,8 @@ class EvaluateCommand:
     views_per_instance: int = 1
     """Pictures of an object that the model sees at once, 1 to 64 (paper: 1 or 3, section 5.5): its shape is found from
     all of them. Of each object there are a multiple of so many."""
+    refine: int = 0
+    """Iterations of test-time refinement of each answer, 0 to 100; 0 takes the encoder's word."""
     output: Path | None = None
     """Folder to write to; by default evaluation/ in the run directory, or right here for a bundle."""
     json: bool = False
@@ -50,6 +52,7 @@ class EvaluateCommand:
     def run(self) -> None:
         self._check()
         subject, beside = self._subject()
+        subject = replace(subject, refinement=self.refine)
         pictures = grouped(self._pictures(subject), self.views_per_instance)
         validation = None if self.validation is None else validation_from(self.validation, subject.scene)
         output = beside / "evaluation" if self.output is None else self.output
@@ -65,6 +68,8 @@ class EvaluateCommand:
             raise ConfigError(f"Expected --views from 1 to 360, found {self.views}.")
         if not 1 <= self.views_per_instance <= 64:
             raise ConfigError(f"Expected --views-per-instance from 1 to 64, found {self.views_per_instance}.")
+        if not 0 <= self.refine <= 100:
+            raise ConfigError(f"Expected --refine from 0 to 100, found {self.refine}.")
         if self.meshes is not None and self.views % self.views_per_instance:
             raise ConfigError(
                 f"Expected --views to be a multiple of --views-per-instance {self.views_per_instance}, found "

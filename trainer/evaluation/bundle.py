@@ -19,7 +19,8 @@ from torch import Tensor
 from trainer.config import SceneConfig
 from trainer.data.scene import check_scene
 from trainer.errors import CheckpointError, ConfigError
-from trainer.evaluation.subject import Prediction, Subject
+from trainer.evaluation.refinement import Inference
+from trainer.evaluation.subject import Subject
 from trainer.mapping import from_mapping
 
 MANIFEST_FILE = "manifest.json"
@@ -46,19 +47,19 @@ def from_bundle(directory: Path) -> Subject:
     manifest = _read_manifest(directory)
     told = [
         "shape_mean",
-        "azimuth",
         "azimuth_probabilities",
+        "azimuth_fine_mean",
         *(["light_azimuth"] if manifest.get("light_bin_centres_degrees") else []),
     ]
     encode = _graph(directory, ENCODER_FILE, manifest, told)
-    decode = _graph(directory, DECODER_FILE, manifest, ["vertices"])
+    decoder = _graph(directory, DECODER_FILE, manifest, ["vertices"])
 
-    def answer(images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
-        shape_mean, azimuths, probabilities, *lights = encode(images)
-        confidences, bins = probabilities.max(1)
-        pooled = shape_mean.unflatten(0, (-1, views)).amax(1).repeat_interleave(views, 0)
-        (vertices,) = decode(pooled)
-        return Prediction(vertices, azimuths, centres[bins], confidences, lights[0] if lights else None)
+    def infer(images: Float[Tensor, "B 3 H W"]) -> Inference:
+        shape_mean, probabilities, fine_mean, *lights = encode(images)
+        return Inference(shape_mean, probabilities, fine_mean, lights[0] if lights else None)
+
+    def decode(codes: Float[Tensor, "K Z"]) -> Float[Tensor, "K V 3"]:
+        return decoder(codes)[0]
 
     try:
         scene = _scene(manifest)
@@ -66,7 +67,7 @@ def from_bundle(directory: Path) -> Subject:
         centres = torch.tensor(manifest["azimuth_bin_centres_degrees"], dtype=torch.float32).deg2rad()
         training = manifest["training"]
         summary = {"step": training["step"], "seconds": training["run"]["seconds"]}
-        return Subject(answer, faces, len(centres), scene, str(manifest["category"]), summary)
+        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary)
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         raise CheckpointError(
             f"{directory / MANIFEST_FILE}: expected a bundle's manifest, found {type(error).__name__}: {error}. "

@@ -67,7 +67,7 @@ class Likeness(NamedTuple):
 def judge(subject: Subject, pictures: Pictures, validation: Validation | None) -> Judgement:
     """All figures of the report; what is fitted is fitted on `validation`, and is not known without it."""
     prediction = predict(subject, pictures.codes, pictures.views)
-    half_bin = math.pi / subject.azimuth_bins
+    half_bin = math.pi / len(subject.bin_centres)
     unaligned = _likeness(subject, prediction, pictures, 0.0)
     offset = None if validation is None else fit_offset(subject, validation)
     aligned = unaligned if offset is None else _likeness(subject, prediction, pictures, offset)

@@ -12,7 +12,9 @@ from torch import Tensor
 from trainer.config import SceneConfig
 from trainer.errors import CheckpointError
 from trainer.evaluation.pictures import linear_batches
-from trainer.model.posterior import most_probable_azimuth, most_probable_bin, most_probable_light, pooled_over_views
+from trainer.evaluation.refinement import Inference, refined
+from trainer.geometry.conventions import wrap_angle
+from trainer.model.posterior import bin_centres, most_probable_light
 from trainer.training.checkpoint import Checkpoint
 
 
@@ -40,33 +42,53 @@ class Prediction(NamedTuple):
 class Subject:
     """All that the judge sees of a model."""
 
-    answer: Callable[[Float[Tensor, "B 3 H W"], int], Prediction]
-    """The mean of z decoded, and the most probable coarse azimuth plus the mean of the fine one, of pictures of which
-    each so many consecutive ones show one object: its shape is found from all of them."""
+    infer: Callable[[Float[Tensor, "B 3 H W"]], Inference]
+    decode: Callable[[Float[Tensor, "K Z"]], Float[Tensor, "K V 3"]]
     faces: Int64[Tensor, "F 3"]
-    azimuth_bins: int
-    """How many coarse bins the azimuth has."""
+    bin_centres: Float[Tensor, "R"]
+    """The azimuths of the coarse bins, radians."""
     scene: SceneConfig
     """Camera, lights and size of the pictures that it expects."""
     category: str
     training: dict[str, object]
     """How long it was trained: step, seconds."""
+    refinement: int = 0
+    """Iterations at test time (`trainer.evaluation.refinement`); 0 takes the encoder's word."""
 
 
 def from_checkpoint(checkpoint: Checkpoint) -> Subject:
     """The model of a checkpoint, run by torch."""
     model = checkpoint.model
 
-    def answer(images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
+    def infer(images: Float[Tensor, "B 3 H W"]) -> Inference:
         with torch.no_grad():
-            posterior = pooled_over_views(model.encode(images), views)
-            vertices = model.decode(posterior.shape_mean)
-            azimuths, lights = most_probable_azimuth(posterior), most_probable_light(posterior)
-            return Prediction(vertices, azimuths, *most_probable_bin(posterior), lights)
+            posterior = model.encode(images)
+        light = most_probable_light(posterior)
+        return Inference(posterior.shape_mean, posterior.azimuth_logits.softmax(1), posterior.azimuth_fine_mean, light)
+
+    def decode(codes: Float[Tensor, "K Z"]) -> Float[Tensor, "K V 3"]:
+        with torch.no_grad():
+            return model.decode(codes)
 
     training = {"step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
-    bins = checkpoint.config.model.azimuth_bins
-    return Subject(answer, model.faces, bins, checkpoint.scene, checkpoint.category, training)
+    centres = bin_centres(checkpoint.config.model.azimuth_bins, torch.zeros(()))
+    return Subject(infer, decode, model.faces, centres, checkpoint.scene, checkpoint.category, training)
+
+
+def answer(subject: Subject, images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
+    """The mean of z decoded, and the most probable coarse azimuth plus the mean of the fine one, of pictures of which
+    each `views` consecutive ones show one object: its shape is found from all of them."""
+    inference = subject.infer(images)
+    pooled = inference.shape_mean.unflatten(0, (-1, views)).amax(1)
+    if subject.refinement:
+        inference, pooled = refined(
+            inference, pooled, images, subject.bin_centres, subject.decode, subject.faces, subject.scene,
+            subject.refinement,
+        )  # fmt: skip
+    confidences, bins = inference.probabilities.max(1)
+    azimuths = wrap_angle(subject.bin_centres[bins] + inference.azimuth_fine_mean)
+    vertices = subject.decode(pooled).repeat_interleave(views, 0)
+    return Prediction(vertices, azimuths, subject.bin_centres[bins], confidences, inference.light_azimuths)
 
 
 def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) -> Prediction:
@@ -75,7 +97,7 @@ def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) 
 
     Raises CheckpointError where that is not a number.
     """
-    answers = [subject.answer(batch, views) for batch in linear_batches(codes, views)]
+    answers = [answer(subject, batch, views) for batch in linear_batches(codes, views)]
     vertices, azimuths, bins, confidences, lights = zip(*answers, strict=True)
     known = [light for light in lights if light is not None]
     prediction = Prediction(

@@ -13,6 +13,7 @@ from service.http.response import answer_response
 from service.http.schema import RECONSTRUCT, UPLOAD, problems
 from service.http.upload import AUTOMATIC, read_upload
 from service.reconstruction import reconstruct
+from service.refinement import Effort
 
 
 def reconstruction_routes(backend: Backend) -> APIRouter:
@@ -46,8 +47,9 @@ def reconstruction_routes(backend: Backend) -> APIRouter:
         upload = await read_upload(request, settings.max_upload_bytes)
         automatic = upload.category in (None, AUTOMATIC)
         engines = catalogue.all_engines() if automatic else [catalogue.engine(upload.category)]
+        form, effort = form_of(media_type), Effort(upload.refine, settings.refine_seconds)
         answer = await backend.work(
-            request, reconstruct, engines, upload.images, settings.max_pixels, form_of(media_type), upload.hypotheses
+            request, reconstruct, engines, upload.images, settings.max_pixels, form, upload.hypotheses, effort
         )
         backend.metrics.observe_stages(answer.timings_ms)
         return answer_response(answer, media_type)

@@ -13,7 +13,8 @@ from trainer.data.shapes.solid import Mesh
 from trainer.errors import CheckpointError
 from trainer.evaluation.pictures import Pictures, Validation
 from trainer.evaluation.protocol import fit_offset, judge
-from trainer.evaluation.subject import Prediction, predict
+from trainer.evaluation.refinement import Inference
+from trainer.evaluation.subject import predict
 
 
 @pytest.mark.parametrize("frame_degrees", [0.0, 70.0, -160.0])
@@ -137,11 +138,11 @@ def test_the_light_is_judged_where_it_turns_and_the_model_tells(tested: Pictures
     lights = np.radians(np.linspace(0, 170, len(tested.codes)))
     subject = subject_of(knowing(shapes, 0.0, tested))
 
-    def answer(images: Tensor, views: int) -> Prediction:
-        found = subject.answer(images, views)
+    def infer(images: Tensor) -> Inference:
+        found = subject.infer(images)
         return found._replace(light_azimuths=torch.tensor(lights, dtype=torch.float32) + math.radians(7))
 
-    turning, telling = replace(tested, light_azimuths=lights), replace(subject, answer=answer)
+    turning, telling = replace(tested, light_azimuths=lights), replace(subject, infer=infer)
     found = judge(telling, turning, None).report.light_error_degrees
     assert found is not None
     assert found.value == pytest.approx(7, abs=1e-3)

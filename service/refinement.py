@@ -1,0 +1,104 @@
+"""From the encoder's word to what explains pictures better: the search of `imaging.refinement`, drawn by the service.
+
+The same picture gives the same answer as long as the time suffices.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from imaging.framing import frame_of
+from imaging.preparation import Prepared
+from imaging.refinement import Draw, Guess, refine, weigh_poses
+from service.inference import Array, Engine, Posterior, decode_all
+from service.rendering.picture import draw_all
+from service.rendering.projection import fitted, project
+from service.rendering.shading import shade
+
+_SAMPLES: Final = 2
+"""Points in a pixel's side: a drawing has to change when something moves by a fraction of a pixel."""
+
+
+class Effort(NamedTuple):
+    """How much an answer may be refined."""
+
+    iterations: int = 0
+    seconds: float = math.inf
+    """No iteration begins later than so many seconds after the first."""
+
+
+AS_ENCODED: Final = Effort()
+"""What the encoder says."""
+
+
+class Improved(NamedTuple):
+    """What replaces the encoder's answer."""
+
+    posteriors: tuple[Posterior, ...]
+    shape_code: Array
+    iterations: int
+
+
+def improve(
+    engine: Engine,
+    pictures: Sequence[Prepared],
+    posteriors: Sequence[Posterior],
+    shape_code: Array,
+    effort: Effort,
+) -> Improved:
+    """Poses, lights and the shape code that explain the pictures better, together.
+
+    The coarse poses are weighed anew by their drawings first. Raises InferenceError as the graphs do.
+    """
+    seen = np.stack([prepared.picture for prepared in pictures])
+    draw = _drawing(engine, pictures)
+    lights = [posterior.light.azimuth for posterior in posteriors if posterior.light is not None]
+    centres = np.radians(engine.manifest.azimuth_bin_centres_degrees)
+    candidates = centres + np.array([posterior.azimuth_fine_mean for posterior in posteriors])[:, None]
+    told = np.array([posterior.azimuth_probabilities for posterior in posteriors], np.float64)
+    guess = Guess(shape_code.astype(np.float64), candidates[:, 0], np.array(lights) if lights else None)
+    weights = weigh_poses(draw, seen, guess, candidates, told)
+    best = weights.argmax(1)
+    guess = guess._replace(azimuths=np.take_along_axis(candidates, best[:, None], 1)[:, 0])
+    found = refine(draw, seen, guess, *effort)
+    improved = []
+    for number, posterior in enumerate(posteriors):
+        azimuth = float(found.guess.azimuths[number])
+        light = posterior.light
+        if light is not None and found.guess.light_azimuths is not None:
+            light = replace(light, azimuth=float(found.guess.light_azimuths[number]))
+        improved.append(
+            replace(
+                posterior,
+                azimuth_probabilities=weights[number].astype(np.float32),
+                azimuth_fine_mean=azimuth - float(centres[best[number]]),
+                azimuth=(azimuth + math.pi) % (2 * math.pi) - math.pi,
+                light=light,
+            )
+        )
+    code = found.guess.shape_code.astype(np.float32)
+    return Improved(tuple(improved), code, found.iterations)
+
+
+def _drawing(engine: Engine, pictures: Sequence[Prepared]) -> Draw:
+    """Shapes as the manifest's camera sees them in its light. What was cut out and framed has a size and a place that
+    are a guess: its drawings are brought there, too."""
+    manifest = engine.manifest
+    width, height = manifest.picture.width, manifest.picture.height
+    frame = frame_of(width, height, manifest.camera.distance, manifest.camera.field_of_view_degrees)
+    placed = np.array([prepared.method != "framed" for prepared in pictures])
+
+    def draw(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, shown: np.ndarray) -> Array:
+        surface = decode_all(engine, codes.astype(np.float32))
+        screens = project(surface.vertices, azimuths, manifest.camera, width, height)
+        moved = placed[shown]
+        if moved.any():
+            screens[moved] = fitted(screens[moved], frame)
+        turned = np.zeros(len(codes)) if lights is None else lights
+        colours = shade(surface.normals, azimuths, turned, manifest.lights, manifest.ambient)
+        return draw_all(screens, colours, engine.faces, width, height, _SAMPLES).colour.astype(np.float32)
+
+    return draw
