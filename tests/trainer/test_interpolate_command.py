@@ -16,9 +16,10 @@ from trainer.data.images import load_image_folder
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
 from trainer.evaluation.gallery import as_pictures, render
+from trainer.evaluation.subject import answer, from_checkpoint
 from trainer.evaluation.turntable import FRAMES
-from trainer.model.reconstruction import reconstruct
 from trainer.model.vae import Model
+from trainer.training.checkpoint import load_checkpoint
 
 
 @pytest.fixture(scope="module")
@@ -57,11 +58,11 @@ def test_shapes_go_evenly_from_one_reconstruction_to_the_other(
 
     images = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(2))
     with torch.no_grad():
-        ends = reconstruct(model, images[:, None])
+        ends = answer(from_checkpoint(load_checkpoint(path)), images, 1)
         middle = model.decode(model.encode(images).shape_mean.mean(0, keepdim=True))
         shapes = torch.cat((ends.vertices[:1], middle, ends.vertices[1:]))
         assert ends.light_azimuths is not None
-        sides = [angles[0].expand(3) for angles in (ends.azimuths[:, 0], ends.light_azimuths[:, 0])]
+        sides = [angles[0].expand(3) for angles in (ends.azimuths, ends.light_azimuths)]
         drawn = render(model.faces, SceneConfig(WIDTH, HEIGHT), shapes, *sides)
     assert not torch.allclose(ends.vertices[0], ends.vertices[1], atol=1e-2)
     for number, vertices in enumerate(shapes, 1):

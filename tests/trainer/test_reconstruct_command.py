@@ -1,5 +1,6 @@
 """One object from several pictures, from the command line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,11 @@ from trainer.config import SceneConfig
 from trainer.data.images import load_image_folder
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
+from trainer.evaluation.gallery import render
+from trainer.evaluation.subject import answer, from_checkpoint
 from trainer.evaluation.turntable import FRAMES, turntable
-from trainer.model.reconstruction import reconstruct
 from trainer.model.vae import Model
+from trainer.training.checkpoint import load_checkpoint
 
 
 @pytest.fixture(scope="module")
@@ -40,17 +43,14 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Model]:
 def test_all_pictures_give_one_mesh_and_a_sheet(
     checkpoint: tuple[Path, Model], pictures: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path, model = checkpoint
+    path, _ = checkpoint
     output = tmp_path / f"car.{kind}"
     assert run(["reconstruct", "--checkpoint", str(path), "--images", str(pictures), "--output", str(output)]) == 0
     assert "car from 3 pictures" in capsys.readouterr().out
     views = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(3))
-    with torch.no_grad():
-        together = reconstruct(model, views[None])
-        alone = reconstruct(model, views[:, None])
-    assert together.light_azimuths is not None
-    assert (together.azimuths.shape, together.light_azimuths.shape) == ((1, 3), (1, 3))
-    assert torch.equal(together.azimuths[0], alone.azimuths[:, 0])
+    subject = from_checkpoint(load_checkpoint(path))
+    together, alone = answer(subject, views, 3), answer(subject, views, 1)
+    assert torch.equal(together.azimuths, alone.azimuths)
     # The largest of three codes is none of them.
     assert all(not torch.allclose(together.vertices[0], single, atol=1e-4) for single in alone.vertices)
     found = trimesh.load(output, force="mesh", process=False)
@@ -72,11 +72,31 @@ def test_the_blocks_of_a_glb_are_nodes_and_a_turntable_is_asked_for(
     assert not (tmp_path / "car.webp").exists()
     assert run([*arguments, "--output", str(tmp_path / "car.glb"), "--turntable"]) == 0
     views = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(3))
-    with torch.no_grad():
-        vertices, azimuths, _ = reconstruct(checkpoint[1], views[None])
-    moments = vertices.expand(FRAMES, -1, -1, -1)
-    expected = turntable(checkpoint[1].faces, SceneConfig(WIDTH, HEIGHT), moments, azimuths[0, 0].item())
+    found = answer(from_checkpoint(load_checkpoint(checkpoint[0])), views, 3)
+    moments = found.vertices[:1].expand(FRAMES, -1, -1, -1)
+    expected = turntable(checkpoint[1].faces, SceneConfig(WIDTH, HEIGHT), moments, found.azimuths[0].item())
     assert (tmp_path / "car.webp").read_bytes() == expected
+
+
+def test_refined_it_explains_the_pictures_better(
+    checkpoint: tuple[Path, Model], pictures: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = checkpoint
+    options = ["--checkpoint", str(path), "--images", str(pictures), "--output", str(tmp_path / "car.ply")]
+    assert run(["reconstruct", *options, "--refine", "4"]) == 0
+    capsys.readouterr()
+    views = load_image_folder(pictures, WIDTH, HEIGHT).batch(np.arange(3))
+    subject = from_checkpoint(load_checkpoint(path))
+    misfits = []
+    for iterations in (0, 4):
+        found = answer(replace(subject, refinement=iterations), views, 3)
+        assert torch.equal(found.vertices[0], found.vertices[2])
+        assert found.light_azimuths is not None
+        drawn = render(model.faces, SceneConfig(WIDTH, HEIGHT), found.vertices, found.azimuths, found.light_azimuths)
+        misfits.append(float((drawn - views).square().sum()))
+    assert misfits[1] < 0.9 * misfits[0]
+    mesh = trimesh.load(tmp_path / "car.ply", force="mesh", process=False)
+    np.testing.assert_allclose(mesh.bounds[1], found.vertices[0].amax(0), atol=1e-5)
 
 
 def test_what_it_cannot_do_is_said(
@@ -85,6 +105,8 @@ def test_what_it_cannot_do_is_said(
     arguments = ["reconstruct", "--checkpoint", str(checkpoint[0]), "--images"]
     assert run([*arguments, str(pictures), "--output", str(tmp_path / "car.dae")]) == 2
     assert "Expected --output to end in .ply, .obj, .stl, .glb" in capsys.readouterr().err
+    assert run([*arguments, str(pictures), "--output", str(tmp_path / "car.ply"), "--refine", "101"]) == 2
+    assert "Expected --refine from 0 to 100, found 101" in capsys.readouterr().err
     assert run([*arguments, str(tmp_path)]) == 2
     assert "expected pictures" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

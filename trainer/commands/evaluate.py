@@ -10,7 +10,7 @@ from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import Pictures, from_folder, from_meshes, grouped, validation_from
 from trainer.evaluation.record import judge_and_record
 from trainer.evaluation.report import as_text
-from trainer.evaluation.subject import Subject, from_checkpoint
+from trainer.evaluation.subject import Subject, check_refinement, from_checkpoint
 from trainer.training.checkpoint import load_checkpoint
 
 
@@ -68,8 +68,7 @@ class EvaluateCommand:
             raise ConfigError(f"Expected --views from 1 to 360, found {self.views}.")
         if not 1 <= self.views_per_instance <= 64:
             raise ConfigError(f"Expected --views-per-instance from 1 to 64, found {self.views_per_instance}.")
-        if not 0 <= self.refine <= 100:
-            raise ConfigError(f"Expected --refine from 0 to 100, found {self.refine}.")
+        check_refinement(self.refine)
         if self.meshes is not None and self.views % self.views_per_instance:
             raise ConfigError(
                 f"Expected --views to be a multiple of --views-per-instance {self.views_per_instance}, found "

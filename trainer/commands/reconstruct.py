@@ -1,6 +1,6 @@
 """`python -m trainer reconstruct`"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,8 +14,8 @@ from trainer.errors import ConfigError
 from trainer.evaluation.gallery import comparison_rows, render
 from trainer.evaluation.mesh_file import FORMATS, mesh_file
 from trainer.evaluation.sheet import write_sheet
+from trainer.evaluation.subject import answer, check_refinement, from_checkpoint
 from trainer.evaluation.turntable import FRAMES, turntable
-from trainer.model.reconstruction import reconstruct
 from trainer.training.checkpoint import load_checkpoint
 
 MOST_VIEWS = 64
@@ -35,6 +35,8 @@ class ReconstructCommand:
     """Folder of pictures, all of the same object, 1 to 64."""
     output: Path = Path("object.ply")
     """Mesh to write: .ply, .obj, .stl or .glb. The sheet stands beside it, as .png."""
+    refine: int = 0
+    """Iterations in which shape, pose and light then follow the pictures, 0 to 100."""
     turntable: bool = False
     """Also write an animation in which the shape turns, beside the mesh, as .webp."""
 
@@ -47,6 +49,7 @@ class ReconstructCommand:
         kind = self.output.suffix.removeprefix(".").lower()
         if kind not in FORMATS:
             raise ConfigError(f"Expected --output to end in .{', .'.join(FORMATS)}, found {self.output}.")
+        check_refinement(self.refine)
         checkpoint = load_checkpoint(self.checkpoint)
         model, scene = checkpoint.model, checkpoint.scene
         pictures = load_image_folder(self.images, scene.width, scene.height, scene)
@@ -57,13 +60,12 @@ class ReconstructCommand:
             )
         images = pictures.batch(np.arange(len(pictures)))
         with torch.no_grad():
-            vertices, azimuths, lights = reconstruct(model, images[None])
-            shown = vertices.expand(len(images), -1, -1)
-            drawn = render(model.faces, scene, shown, azimuths[0], None if lights is None else lights[0])
-            titles, rows = comparison_rows(model.faces, scene, images, drawn, shown)
-            moments = vertices.expand(FRAMES, -1, -1, -1)
-            turning = turntable(model.faces, scene, moments, azimuths[0, 0].item()) if self.turntable else None
-        write_bytes(self.output, mesh_file(vertices[0], model.faces, model.decoder.parts, kind))
+            found = answer(replace(from_checkpoint(checkpoint), refinement=self.refine), images, len(images))
+            drawn = render(model.faces, scene, found.vertices, found.azimuths, found.light_azimuths)
+            titles, rows = comparison_rows(model.faces, scene, images, drawn, found.vertices)
+            moments = found.vertices[:1].expand(FRAMES, -1, -1, -1)
+            turning = turntable(model.faces, scene, moments, found.azimuths[0].item()) if self.turntable else None
+        write_bytes(self.output, mesh_file(found.vertices[0], model.faces, model.decoder.parts, kind))
         write_sheet(self.output.with_suffix(".png"), rows, titles)
         if turning is not None:
             write_bytes(self.output.with_suffix(".webp"), turning)

@@ -10,7 +10,7 @@ from numpy import ndarray
 from torch import Tensor
 
 from trainer.config import SceneConfig
-from trainer.errors import CheckpointError
+from trainer.errors import CheckpointError, ConfigError
 from trainer.evaluation.pictures import linear_batches
 from trainer.evaluation.refinement import Inference, refined
 from trainer.geometry.conventions import wrap_angle
@@ -54,6 +54,15 @@ class Subject:
     """How long it was trained: step, seconds."""
     refinement: int = 0
     """Iterations at test time (`trainer.evaluation.refinement`); 0 takes the encoder's word."""
+
+
+MOST_ITERATIONS = 100
+
+
+def check_refinement(iterations: int) -> None:
+    """Raises ConfigError where an option asks for a number of iterations that is none."""
+    if not 0 <= iterations <= MOST_ITERATIONS:
+        raise ConfigError(f"Expected --refine from 0 to {MOST_ITERATIONS}, found {iterations}.")
 
 
 def from_checkpoint(checkpoint: Checkpoint) -> Subject:
