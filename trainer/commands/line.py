@@ -31,7 +31,9 @@ COMMANDS = {
     "interpolate": "InterpolateCommand",
     "reconstruct": "ReconstructCommand",
     "table": "TableCommand",
+    "stability": "StabilityCommand",
     "select": "SelectCommand",
+    "frontier": "FrontierCommand",
 }
 """Each command's class, in the module `trainer.commands.<name>`."""
 

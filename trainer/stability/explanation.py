@@ -1,0 +1,117 @@
+"""How well a model explains a picture, as the service tells it: the re-render error, and the out-of-class score.
+
+The re-render error is the share of the picture's light that the reconstruction gets wrong, Σ (x − x̂)² / Σ x², both
+linear and averaged over the same squares, about twelve to the picture's height: 0 is the picture itself, 1 as far away
+as black. The score sets it beside the errors of held-out pictures of the class. The service refuses a picture above
+MOST_STRANGE. Its own code, which this package must not know, computes the same (a test holds both together).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, UInt8
+from numpy import ndarray
+from torch import Tensor
+
+from imaging.framing import frame_of
+from trainer.config import SceneConfig
+from trainer.errors import DataError
+from trainer.evaluation.pictures import linear_batches
+from trainer.evaluation.subject import Prediction, Subject
+from trainer.geometry.normals import vertex_normals
+from trainer.rendering import renderer
+from trainer.rendering.camera import project
+from trainer.rendering.cpu import topology_of
+from trainer.rendering.lighting import shade, shade_by_light
+
+MOST_STRANGE = 2.0
+"""Out-of-class score above which the service does not answer."""
+_ROWS = 12
+_LEAST_LIGHT = 1e-6
+
+
+class Errors(NamedTuple):
+    """Re-render errors of held-out pictures."""
+
+    median: float
+    high: float
+    """What one in twenty exceeds."""
+
+
+class Yardstick(NamedTuple):
+    """What pictures of the class cost a model that was not trained on them."""
+
+    framed: Errors
+    """Of pictures in the model's own frame."""
+    fitted: Errors
+    """Of objects that were cut out and brought there."""
+
+
+def errors_of(found: Float[ndarray, "N"]) -> Errors:
+    """Raises DataError for errors that are all alike: no other could then be told from them."""
+    median, high = np.quantile(found, (0.5, 0.95))
+    if not median < high:
+        raise DataError(
+            f"Expected held-out pictures that are explained unequally well, found {len(found)} with an error of "
+            f"{median:g} each. Take more of them, or another model."
+        )
+    return Errors(float(median), float(high))
+
+
+def out_of_class_scores(errors: Float[ndarray, "N"], held_out: Errors) -> Float[ndarray, "N"]:
+    """0 as well explained as half of the held-out pictures or better, 1 as badly as the worst one in twenty, and on in
+    proportion."""
+    return np.maximum(0.0, (errors - held_out.median) / (held_out.high - held_out.median))
+
+
+def rerender_errors(
+    subject: Subject,
+    prediction: Prediction,
+    codes: UInt8[ndarray, "N 3 H W"],
+    fitted: Bool[ndarray, "N"] | None = None,
+) -> Float[ndarray, "N"]:
+    """The re-render error of each picture.
+
+    Where the object was cut out and `fitted` into the frame, its size and place are a guess, and the drawing is brought
+    to the same.
+    """
+    scene = subject.scene
+    side = _square(scene.width, scene.height)
+    moved = torch.zeros(len(codes), dtype=torch.bool) if fitted is None else torch.from_numpy(fitted)
+    errors, start = [], 0
+    for images in linear_batches(codes):
+        numbers = torch.arange(start, start + len(images))
+        drawn = _drawn(subject, prediction.of(numbers), moved[numbers])
+        seen, again = (torch.nn.functional.avg_pool2d(pictures, side) for pictures in (images, drawn))
+        errors.append((seen - again).square().sum((1, 2, 3)) / seen.square().sum((1, 2, 3)).clamp_min(_LEAST_LIGHT))
+        start += len(images)
+    return np.asarray(torch.cat(errors).double().numpy())
+
+
+def _drawn(subject: Subject, told: Prediction, moved: Bool[Tensor, "N"]) -> Float[Tensor, "N 3 H W"]:
+    scene = subject.scene
+    screen = project(told.vertices, told.azimuths, scene.camera, scene.width, scene.height)
+    screen = torch.where(moved[:, None, None], _fitted(screen, scene), screen)
+    normals = vertex_normals(told.vertices, subject.faces)
+    if told.light_azimuths is None:
+        colours = shade(normals, told.azimuths, scene)
+    else:
+        colours = shade_by_light(normals, told.azimuths, told.light_azimuths[:, None], scene).squeeze(2)
+    topology = topology_of(subject.faces)
+    return renderer.draw(screen, colours, topology, scene.width, scene.height, crease=float("inf"))[:, :-1]
+
+
+def _fitted(screen: Float[Tensor, "N V 3"], scene: SceneConfig) -> Float[Tensor, "N V 3"]:
+    """The mesh where and as large as framing brings objects."""
+    frame = frame_of(scene.width, scene.height, scene.camera.distance, scene.camera.field_of_view_degrees)
+    low, high = screen[..., :2].amin(1, keepdim=True), screen[..., :2].amax(1, keepdim=True)
+    size = (high - low).norm(dim=2, keepdim=True).clamp_min(1e-9)
+    centre = screen.new_tensor((frame.width / 2, frame.height / 2 + frame.drop))
+    placed = (screen[..., :2] - (low + high) / 2) * (frame.diagonal / size) + centre
+    return torch.cat((placed, screen[..., 2:]), 2)
+
+
+def _square(width: int, height: int) -> int:
+    """Side of the squares, pixels: the largest that fills the picture exactly."""
+    return max(side for side in range(1, max(1, height // _ROWS) + 1) if width % side == height % side == 0)
