@@ -27,7 +27,7 @@ class Run:
     seed: int
     steps: int
     minutes: float
-    """Of training, as the clock on the wall has them."""
+    """Of training, on one core: the time that it computed, not that in which others did."""
     iou: float
     iou_interval: tuple[float, float]
     """95 %, over objects."""
@@ -44,9 +44,7 @@ class Run:
 def judged(study: Study, cell: Cell, subject: Subject, kind: str) -> Run:
     """What `trainer evaluate` finds of a subject that was made from a cell; `kind` says how, and is empty for the
     training itself. Nothing is judged twice."""
-    steps = study.trained(cell)["steps"]
-    plain = study.evaluation(cell, 1)
-    output = plain.with_name(f"{plain.name}-{kind}") if kind else plain
+    steps, output = study.trained(cell)["steps"], evaluation_of(study, cell, kind)
     metrics = _read(output / "metrics.json", steps)
     if metrics is None:
         pictures = from_folder(study.test_pictures(cell).path, subject.scene)
@@ -60,7 +58,7 @@ def judged(study: Study, cell: Cell, subject: Subject, kind: str) -> Run:
     return Run(
         seed=cell.seed,
         steps=steps,
-        minutes=round(study.trained(cell)["seconds"] / 60, 3),
+        minutes=round(study.trained(cell)["core_seconds"] / 60, 3),
         iou=metrics["iou"],
         iou_interval=(low, high),
         azimuth_error_degrees=metrics["azimuth_error_degrees"],
@@ -70,6 +68,12 @@ def judged(study: Study, cell: Cell, subject: Subject, kind: str) -> Run:
         mean_shape_iou=metrics["mean_shape_iou"],
         nearest_neighbour_iou=metrics["nearest_neighbour_iou"],
     )
+
+
+def evaluation_of(study: Study, cell: Cell, kind: str) -> Path:
+    """Where the files of a judgement are."""
+    plain = study.evaluation(cell, 1)
+    return plain.with_name(f"{plain.name}-{kind}") if kind else plain
 
 
 def picture_error(subject: Subject, folder: Path) -> float:

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from trainer.frontier.labels import Label, write_labels
-from trainer.frontier.plan import DEFAULT
-from trainer.frontier.report import Accuracy, Expense, Fronts, Measured, Report, fronts
+from trainer.frontier.plan import DEFAULT, Expense
+from trainer.frontier.report import Accuracy, Fronts, Measured, Report, fronts
 
 FRONT, NEAR, OTHER, CHOSEN, BASELINE = "#0b6e4f", "#2a9d8f", "#9aa3ad", "#c1121f", "#7a5c00"
 PAPER, PRESETS = "paper", "presets"
@@ -25,7 +25,7 @@ AXES: dict[Accuracy | Expense, str] = {
     "azimuth_error_degrees": "median azimuth error, degrees (lower is better)",
     "picture_error": "mean error of the drawn-again picture,\nlinear RGB 0 to 1 (lower is better)",
     "latency_ms": "latency of a picture on one core, milliseconds",
-    "training_minutes": "training on one core of a shared machine, minutes",
+    "training_minutes": "training, minutes of one core",
     "bundle_mb": "size of the bundle, MB",
     "memory_mb": "peak memory of a process that answers, MB",
 }
@@ -117,7 +117,7 @@ def _message(report: Report, category: str, found: Fronts, accuracy: Accuracy, e
 
 
 def _factors(report: Report, category: str) -> Figure:
-    """IoU against training time once for each factor, its points joined."""
+    """IoU against each factor's own cost, its points joined."""
     points, default = report.of(category), report.default(category)
     titles = {point.factor: point.factor_title for point in points if point.factor_default and point.name != DEFAULT}
     columns = min(4, len(titles))
@@ -125,30 +125,30 @@ def _factors(report: Report, category: str) -> Figure:
     figure, grid = plt.subplots(
         rows, columns, figsize=(3.9 * columns, 3.3 * rows), squeeze=False, layout="constrained", sharey=True
     )
-    costs = [point.training_minutes for point in points]
     noise = report.noise("iou")
     for axes, (factor, title) in zip(grid.flat, titles.items(), strict=False):
-        own = sorted(
-            [point for point in points if point.factor == factor] + [default], key=lambda point: point.training_minutes
-        )
-        own_label = next(point.factor_default for point in own if point.factor == factor)
-        _logarithmic(axes.xaxis, costs)
+        own = [point for point in points if point.factor == factor]
+        cost, own_label = own[0].factor_cost, own[0].factor_default
+        own = sorted([*own, default], key=lambda point: point.expense(cost))
+        _logarithmic(axes.xaxis, [point.expense(cost) for point in points])
         axes.axhspan(default.iou - noise, default.iou + noise, color=CHOSEN, alpha=0.07, linewidth=0)
-        axes.plot(costs, [point.iou for point in points], "o", color=OTHER, alpha=0.35, markersize=4)
-        axes.plot([p.training_minutes for p in own], [p.iou for p in own], "-o", color=FRONT, markersize=6)
-        axes.plot(default.training_minutes, default.iou, "o", color=CHOSEN, markersize=8)
+        axes.plot(
+            [p.expense(cost) for p in points], [p.iou for p in points], "o", color=OTHER, alpha=0.35, markersize=4
+        )
+        axes.plot([p.expense(cost) for p in own], [p.iou for p in own], "-o", color=FRONT, markersize=6)
+        axes.plot(default.expense(cost), default.iou, "o", color=CHOSEN, markersize=8)
         axes.margins(x=0.3, y=0.12)
         axes.set_title(title, loc="left", fontsize=10)
         axes.grid(alpha=0.2)
         labels = [
-            Label(p.training_minutes, p.iou, text, {"fontsize": 8, "color": "#222222"}, True)
+            Label(p.expense(cost), p.iou, text, {"fontsize": 8, "color": "#222222"}, True)
             for p in own
             for text in (own_label if p is default else p.label,)
         ]
-        write_labels(axes, labels, [(p.training_minutes, p.iou) for p in own])
+        write_labels(axes, labels, [(p.expense(cost), p.iou) for p in own])
+        axes.set_xlabel(AXES[cost], fontsize=8)
     for axes in grid.flat[len(titles) :]:
         axes.remove()
-    figure.supxlabel("training on one core of a shared machine, minutes", fontsize=10)
     figure.supylabel("IoU at 32³", fontsize=10)
     figure.suptitle(
         f"{category}: what each factor buys, one changed at a time. Red: the default; band: what seeds differ by "
@@ -209,7 +209,7 @@ def _logarithmic(axis: Axis, values: Sequence[float]) -> None:
     axis.axes.set_xscale("log")
     narrow = max(values) / min(values) < 4
     if narrow:
-        axis.set_major_locator(LogLocator(subs=(1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)))
+        axis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
     else:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_minor_locator(NullLocator())

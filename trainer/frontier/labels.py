@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
 # Offsets from the point in typographic points, and how the text is aligned there: the nearest come first.
@@ -41,7 +42,8 @@ def write_labels(axes: Axes, labels: Iterable[Label], points: Iterable[tuple[flo
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     half = 4.0 * figure.dpi / 72
-    taken = [
+    taken = [Bbox(text.get_window_extent(renderer).frozen().get_points()) for text in axes.texts]
+    taken += [
         Bbox([[x - half, y - half], [x + half, y + half]]) for x, y in axes.transData.transform(list(points)).tolist()
     ]
     inside = axes.get_window_extent(renderer)
@@ -51,7 +53,7 @@ def write_labels(axes: Axes, labels: Iterable[Label], points: Iterable[tuple[flo
             line = {"arrowstyle": "-", "color": "#aaaaaa", "linewidth": 0.6} if abs(right) + abs(up) > 14 else None
             text = axes.annotate(
                 label.text, (label.x, label.y), (right, up), textcoords="offset points", ha=side, va=level,
-                arrowprops=line, **label.style,
+                arrowprops=line, path_effects=[withStroke(linewidth=2.5, foreground="white")], **label.style,
             )  # fmt: skip
             text.update_positions(renderer)
             extent = Bbox(text.get_window_extent(renderer).frozen().get_points())

@@ -12,10 +12,11 @@ import torch
 from trainer.errors import DataError
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.subject import Subject, from_checkpoint
-from trainer.frontier.accuracy import Run, judged
+from trainer.frontier.accuracy import Run, evaluation_of, judged
 from trainer.frontier.bundles import exported
-from trainer.frontier.costs import Architecture, architecture_of, costs_of
+from trainer.frontier.costs import Architecture, Cost, architecture_of, costs_of
 from trainer.frontier.plan import Plan, Point
+from trainer.frontier.refinement import refinement_ms
 from trainer.frontier.report import Machine, Report, measured
 from trainer.frontier.trainings import Trained, trained_points
 from trainer.tables.cells import Cell
@@ -28,7 +29,7 @@ def measure(plan: Plan, study: Study, budget: str) -> Report:
 
     What cannot be exported or judged is left out, and the report says why.
     """
-    there: list[tuple[Trained, list[Run]]] = []
+    there: list[tuple[Trained, list[Run], float]] = []
     bundles: dict[Architecture, Path] = {}
     skipped: list[str] = []
     for trained in trained_points(plan):
@@ -40,36 +41,39 @@ def measure(plan: Plan, study: Study, budget: str) -> Report:
             architecture = architecture_of(trained.point)
             if architecture not in bundles:
                 bundles[architecture] = exported(study, cells[0], trained.point.choice.bundle)
-            there.append((trained, [_judged(study, trained.point, cell) for cell in cells]))
+            subjects = [_subject(study, trained.point, cell) for cell in cells]
+            runs = [judged(study, cell, *subject) for cell, subject in zip(cells, subjects, strict=True)]
+            there.append((trained, runs, _refinement_ms(study, cells[0], *subjects[0])))
         except DataError as error:
             skipped.append(f"{trained.point.choice.name}, {trained.category}: {error}")
     costs = costs_of(bundles, study.root)
     points = tuple(
-        measured(trained.point, trained.category, runs, costs[architecture_of(trained.point)])
-        for trained, runs in there
+        measured(trained.point, trained.category, runs, _dearer(costs[architecture_of(trained.point)], added))
+        for trained, runs, added in there
     )
     date = datetime.datetime.now(datetime.UTC).date().isoformat()
     return Report(budget, date, _machine(), plan.scale, points, tuple(skipped))
 
 
-def _judged(study: Study, point: Point, cell: Cell) -> Run:
-    subject, kind = _subject(study, point, cell)
-    return judged(study, cell, subject, kind)
-
-
 def _subject(study: Study, point: Point, cell: Cell) -> tuple[Subject, str]:
     """(what is judged, by what its files are told from the training's own)"""
     choice = point.choice
-    kinds: list[str] = []
-    if choice.bundle == "float32":
-        subject = from_checkpoint(load_checkpoint(study.run_directory(cell)))
-    else:
-        subject = from_bundle(exported(study, cell, choice.bundle))
-        kinds.append(choice.bundle)
-    if choice.refine:
-        subject = replace(subject, refinement=choice.refine)
-        kinds.append(f"refined-{choice.refine}")
-    return subject, "-".join(kinds)
+    if choice.bundle == "float32" and not choice.refine:
+        return from_checkpoint(load_checkpoint(study.run_directory(cell))), ""
+    subject = replace(from_bundle(exported(study, cell, choice.bundle)), refinement=choice.refine)
+    return subject, f"{choice.bundle}-refined-{choice.refine}"
+
+
+def _refinement_ms(study: Study, cell: Cell, subject: Subject, kind: str) -> float:
+    """What refinement adds to an answer's latency; nothing where there is none."""
+    if not subject.refinement:
+        return 0.0
+    file = evaluation_of(study, cell, kind) / "refinement.json"
+    return refinement_ms(subject, study.test_pictures(cell).path, file)
+
+
+def _dearer(cost: Cost, added_ms: float) -> Cost:
+    return replace(cost, latency_ms=round(cost.latency_ms + added_ms, 4))
 
 
 def _machine() -> Machine:

@@ -1,8 +1,10 @@
 """The figures of a frontier as people read them: everything on the page comes from the report."""
 
 from collections.abc import Sequence
+from itertools import product
 
-from trainer.frontier.report import EXPENSES, Expense, Measured, Report, fronts
+from trainer.frontier.plan import Expense
+from trainer.frontier.report import ACCURACIES, EXPENSES, Accuracy, Measured, Report, fronts
 from trainer.frontier.verdicts import Alternative, Verdict, verdicts
 
 BEGIN, END = "<!-- figures: written by trainer frontier -->", "<!-- end of figures -->"
@@ -12,6 +14,12 @@ _NAMES: dict[Expense, str] = {
     "training_minutes": "training",
     "bundle_mb": "size",
     "memory_mb": "memory",
+}
+
+_TOLD: dict[Accuracy, tuple[str, str]] = {
+    "iou": ("IoU", "{:.3f}"),
+    "azimuth_error_degrees": ("Azimuth error", "{:.1f}°"),
+    "picture_error": ("Picture error", "{:.4f}"),
 }
 
 
@@ -87,11 +95,12 @@ def _iou(point: Measured) -> str:
 
 def _fronts(report: Report, category: str) -> list[str]:
     lines = []
-    for expense in EXPENSES:
-        found = fronts(report, report.of(category), "iou", expense)
-        told = " → ".join(f"{point.label} ({point.iou:.3f})" for point in found.on)
+    for accuracy, expense in product(ACCURACIES, EXPENSES):
+        name, told = _TOLD[accuracy]
+        found = fronts(report, report.of(category), accuracy, expense)
+        on = " → ".join(f"{point.label} ({told.format(getattr(point, accuracy))})" for point in found.on)
         near = ", ".join(point.label for point in found.near) or "none"
-        lines.append(f"- IoU against {_NAMES[expense]}, cheapest first: {told}. Within what seeds differ by: {near}.")
+        lines.append(f"- {name} against {_NAMES[expense]}, cheapest first: {on}. Within noise of it: {near}.")
     return lines
 
 

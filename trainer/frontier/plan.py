@@ -13,6 +13,7 @@ from trainer.presets import load_preset
 from trainer.tables.setting import Variant
 
 BundlePrecision = Literal["float32", "float16", "int8"]
+Expense = Literal["latency_ms", "training_minutes", "bundle_mb", "memory_mb"]
 
 DEFAULT = "default"
 """The point that the others are compared with."""
@@ -35,7 +36,7 @@ class Scale:
     height: int
     """Size at which pictures are rendered, pixels; trainings reduce them to theirs."""
     steps: int = 0
-    """Steps of trainings that do not set them themselves; 0 means their preset's."""
+    """Steps of trainings that start from that preset, where they do not set them themselves; 0 means the preset's."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Factor:
     title: str
     default: str = ""
     """The default's label among the points of this factor; empty where it is none of them."""
+    cost: Expense = "training_minutes"
+    """What its points are charted against."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def _points(scale: Scale, factors: list[dict[str, Any]], where: str) -> tuple[Po
         for mapping in content.get("points", []):
             choice = from_mapping(Choice, _without(mapping, "changes"), f"{where}: {factor.name}")
             config = load_preset(choice.preset or scale.preset)
-            if scale.steps:
+            if scale.steps and not choice.preset:
                 config = replace(config, optimiser=replace(config.optimiser, steps=scale.steps))
             config = from_mapping(TrainConfig, mapping.get("changes", {}), f"{where}: {choice.name}", config)
             points.append(Point(factor, choice, Variant(names.setdefault(config, choice.name), config)))

@@ -10,11 +10,10 @@ from typing import Literal, NamedTuple
 from trainer.frontier.accuracy import Run
 from trainer.frontier.costs import Cost
 from trainer.frontier.pareto import near_front, on_front
-from trainer.frontier.plan import DEFAULT, BundlePrecision, Point, Scale
+from trainer.frontier.plan import DEFAULT, BundlePrecision, Expense, Point, Scale
 from trainer.mapping import to_mapping
 
 Accuracy = Literal["iou", "azimuth_error_degrees", "picture_error"]
-Expense = Literal["latency_ms", "training_minutes", "bundle_mb", "memory_mb"]
 
 ACCURACIES: tuple[Accuracy, ...] = ("iou", "azimuth_error_degrees", "picture_error")
 EXPENSES: tuple[Expense, ...] = ("latency_ms", "training_minutes", "bundle_mb", "memory_mb")
@@ -30,6 +29,8 @@ class Measured:
     factor_title: str
     factor_default: str
     """The default's label among this factor's points; empty where it is none of them."""
+    factor_cost: Expense
+    """What this factor's points are charted against."""
     label: str
     width: int
     height: int
@@ -133,6 +134,7 @@ def measured(point: Point, category: str, runs: Sequence[Run], cost: Cost) -> Me
         factor=factor.name,
         factor_title=factor.title,
         factor_default=factor.default,
+        factor_cost=factor.cost,
         label=choice.label,
         width=config.width,
         height=config.height,

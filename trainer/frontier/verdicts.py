@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from trainer.frontier.plan import DEFAULT
-from trainer.frontier.report import EXPENSES, Accuracy, Expense, Measured, Report
+from trainer.frontier.plan import DEFAULT, Expense
+from trainer.frontier.report import EXPENSES, Accuracy, Measured, Report
 
 # Times of trainings scatter by more than this on a machine that others use; graphs' costs are compared exactly.
 TRAINING_TOLERANCE = 0.1

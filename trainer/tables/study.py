@@ -3,7 +3,7 @@
 OUT/pictures/<size>/<source>/<class>/<light>/       train-<objects>x<views>, validation-…, test-…
 OUT/runs/<recipe>/<class>/<setting>/seed-<n>/
     cell.json          what was asked for; another cell is refused here
-    trained.json       steps and seconds, once the training is done
+    trained.json       steps, seconds and core seconds, once the training is done
     evaluation-…/      what `trainer evaluate` writes
 """
 
@@ -144,7 +144,7 @@ class Study:
         )
 
     def trained(self, cell: Cell) -> dict[str, Any]:
-        """Steps and seconds of a training that came to its end."""
+        """Steps, seconds and core seconds of a training that came to its end."""
         found: dict[str, Any] = json.loads((self.run_directory(cell) / TRAINED_FILE).read_text())
         return found
 

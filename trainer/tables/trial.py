@@ -48,10 +48,10 @@ def _train(study: Study, cell: Cell) -> None:
     folder = study.training_pictures(cell).path
     images = load_image_folder(folder, config.width, config.height)
     write_bytes(directory / CELL_FILE, _json(study.identity(cell)))
-    steps, seconds = 0, 0.0
+    steps, seconds, core_seconds = 0, 0.0, 0.0
     if begun := (directory / FILE_NAME).exists():
         before = load_checkpoint(directory)
-        steps, seconds = before.step, before.run["seconds"]
+        steps, seconds, core_seconds = before.step, before.run["seconds"], before.run.get("core_seconds", 0.0)
     while (goal := study.next_goal(cell, steps, seconds)) > steps:
         part = replace(config, optimiser=replace(config.optimiser, steps=goal))
         last = train(
@@ -60,7 +60,8 @@ def _train(study: Study, cell: Cell) -> None:
         if last.step < goal:
             raise KeyboardInterrupt
         steps, seconds, begun = last.step, last.run["seconds"], True
-    write_bytes(directory / TRAINED_FILE, _json({"steps": steps, "seconds": seconds}))
+        core_seconds = last.run["core_seconds"]
+    write_bytes(directory / TRAINED_FILE, _json({"steps": steps, "seconds": seconds, "core_seconds": core_seconds}))
 
 
 def _judge(study: Study, cell: Cell, test_views: int) -> None:

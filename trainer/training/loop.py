@@ -86,15 +86,17 @@ def train(
         )
     model, optimiser = _at(before, config)
     start, seconds_before = (before.step, before.run["seconds"]) if before else (0, 0.0)
+    core_seconds_before = before.run.get("core_seconds", 0.0) if before else 0.0
     geometry = fixed_geometry(model, scene, config.loss)
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     shown = source.shown()
     taking, first = stepping(model), processes.number() == 0
-    began, step, skipped = time.monotonic(), start, 0
+    began, began_computing, step, skipped = time.monotonic(), time.process_time(), start, 0
 
     def checkpoint() -> Checkpoint:
         run: dict[str, Any] = provenance | {
             "seconds": round(seconds_before + time.monotonic() - began, 2),
+            "core_seconds": round(core_seconds_before + time.process_time() - began_computing, 2),
             "pictures": source.training,
             "validation_pictures": source.validation,
         }

@@ -96,6 +96,7 @@ def test_three_steps_and_three_more_are_six(config: TrainConfig, images: ImageSe
     resumed = run(config, images, tmp_path / "parts", resume=True)
     assert resumed.step == 6
     assert resumed.run["seconds"] > seconds
+    assert resumed.run["core_seconds"] > half.run["core_seconds"] > 0
     assert_same(whole, resumed)
     assert_same(load_checkpoint(tmp_path / "parts"), whole)
     assert metrics(tmp_path / "whole") == metrics(tmp_path / "parts")
