@@ -9,7 +9,18 @@ import pytest
 
 from tests.trainer.command_line import answer
 
-COMMANDS = ("shapes", "render", "train", "evaluate", "sample", "interpolate", "reconstruct", "table", "select")
+COMMANDS = (
+    "shapes",
+    "render",
+    "train",
+    "evaluate",
+    "sample",
+    "interpolate",
+    "reconstruct",
+    "table",
+    "select",
+    "stability",
+)
 
 
 @pytest.fixture(autouse=True)

@@ -194,15 +194,15 @@ def _groups(models: Results) -> Figure:
 
 def _others(models: Results) -> Figure:
     """What of other classes is refused, and what is answered with confidence."""
-    figure = Figure(figsize=(4.2 * len(models) + 1.2, 4.6), layout="constrained")
+    figure = Figure(figsize=(4.2 * len(models) + 2.4, 4.6), layout="constrained")
     axes = figure.subplots(1, len(models), squeeze=False)[0]
     for axis, (name, model) in zip(axes, models.items(), strict=True):
         others = model["other_classes"]
         refused, sure = ([told[what] for told in others.values()] for what in ("refused", "sure"))
         unsure = [1 - no - yes for no, yes in zip(refused, sure, strict=True)]
         starts = [no + maybe for no, maybe in zip(refused, unsure, strict=True)]
-        axis.barh(range(len(others)), refused, color=_COLOURS[0], label="refused")
-        axis.barh(range(len(others)), unsure, left=refused, color=_GREY, label="answered, unsure of the azimuth")
+        axis.barh(range(len(others)), refused, color=_GREY, label="refused")
+        axis.barh(range(len(others)), unsure, left=refused, color=_COLOURS[3], label="answered, unsure of the azimuth")
         axis.barh(range(len(others)), sure, left=starts, color=_COLOURS[1], label="answered, sure of the azimuth")
         axis.set_yticks(range(len(others)), list(others), fontsize=8)
         axis.invert_yaxis()

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from trainer.evaluation.pictures import Truth
+from trainer.evaluation.pictures import Pictures, Truth
 from trainer.stability.answers import Answers, Examinee, answers, answers_to_uploads, figures_of, upload_figures
 from trainer.stability.conditions import Condition, Sitting, pictures_under
 from trainer.stability.objects import pictures_of
@@ -27,18 +27,23 @@ def curve(
     sitting: Sitting,
     truth: tuple[Truth, ...],
     severities: Sequence[float],
+    untouched: dict[str, Any],
     seed: int,
 ) -> Curve:
-    """All severities of a condition, the first of which is none."""
-    points, told = [], []
-    for severity in severities:
+    """All severities of a condition; at the first, figures are those of the `untouched` pictures."""
+    points, told = [{"severity": severities[0], **untouched}], []
+    for severity in severities[1:]:
         pictures = pictures_of(pictures_under(condition, sitting, severity, seed), sitting.shown, truth)
-        found = answers(examined, pictures)
-        sent = upload_figures(answers_to_uploads(examined, pictures), len(pictures.codes))
-        points.append({"severity": severity, **figures_of(found), "upload": sent})
-        told.append(found)
+        told.append(answers(examined, pictures))
+        points.append({"severity": severity, **point(examined, pictures, told[-1])})
     figures = {"title": condition.title, "unit": condition.unit, "breaks_at": breaks_at(points), "points": points}
-    return Curve(figures, tuple(told[1:]))
+    return Curve(figures, tuple(told))
+
+
+def point(examined: Examinee, pictures: Pictures, told: Answers) -> dict[str, Any]:
+    """Figures of pictures as they are, to which the model said `told`, and of the same pictures when they are sent."""
+    sent = upload_figures(answers_to_uploads(examined, pictures), len(pictures.codes))
+    return {**figures_of(told), "upload": sent}
 
 
 def breaks_at(points: Sequence[dict[str, Any]]) -> float | None:

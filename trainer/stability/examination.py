@@ -10,10 +10,10 @@ import numpy as np
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.evaluation.pictures import Validation
 from trainer.evaluation.subject import predict
-from trainer.stability.answers import Answers, Examinee, answers, examinee, figures_of, joined, trust_of
+from trainer.stability.answers import Answers, Examinee, answers, examinee, joined, trust_of
 from trainer.stability.budget import Budget, severities_of
 from trainer.stability.conditions import CONDITIONS, Sitting
-from trainer.stability.curves import curve
+from trainer.stability.curves import curve, point
 from trainer.stability.explanation import out_of_class_scores, rerender_errors
 from trainer.stability.groups import groups
 from trainer.stability.models import Contestant
@@ -35,11 +35,14 @@ def examine(contestant: Contestant, budget: Budget, report: Callable[[str], None
     truth = truths(shown)
     examined = examinee(contestant.name, subject, _validation(contestant, budget), contestant.held_out)
     sitting = Sitting(shown, subject.scene, photographs(shown, subject.scene))
-    clean = answers(examined, pictures_of(sitting.codes, shown, truth))
+    pictures = pictures_of(sitting.codes, shown, truth)
+    clean = answers(examined, pictures)
+    untouched = point(examined, pictures, clean)
     curves, told = {}, [clean]
     for condition in CONDITIONS:
         report(condition.title)
-        found = curve(examined, condition, sitting, truth, severities_of(budget, condition.severities), TEST_SEED)
+        severities = severities_of(budget, condition.severities)
+        found = curve(examined, condition, sitting, truth, severities, untouched, TEST_SEED)
         curves[condition.name] = found.figures
         told += found.damaged
     report("groups")
@@ -53,7 +56,7 @@ def examine(contestant: Contestant, budget: Budget, report: Callable[[str], None
         "azimuth_offset_degrees": round(math.degrees(examined.offset), 4),
         "held_out": {way: errors._asdict() for way, errors in examined.yardstick._asdict().items()},
         "held_out_measured": contestant.held_out is None,
-        "clean": figures_of(clean),
+        "clean": untouched,
         "conditions": curves,
         "groups": groups(answers(examined, all_views), all_views),
         "other_classes": _others(examined, budget),
