@@ -4,14 +4,11 @@ import json
 import math
 import shlex
 import sys
-from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import numba
 import tyro
 from rich.console import Console
 
@@ -27,14 +24,13 @@ from trainer.selection.candidates import Candidate, Light, config_of, grid
 from trainer.selection.choice import choose
 from trainer.selection.halving import Budget, halve
 from trainer.selection.held_out import by_object, check_split, held_out
+from trainer.selection.judging import judge
 from trainer.selection.page import as_json, as_markdown
-from trainer.selection.record import Record, load_record, mean_of
-from trainer.selection.selection import Selection, Task, claim
+from trainer.selection.record import mean_of
+from trainer.selection.selection import Selection, claim
 from trainer.selection.size import Size, size_of
-from trainer.selection.trial import run_task
 from trainer.selection.winner import PRESET_FILE, WINNER_DIRECTORY, keep_winner
 from trainer.training.checks import check_category
-from trainer.workers import run_one_by_one, run_side_by_side
 
 MOST_RUNGS = 10
 
@@ -69,7 +65,7 @@ class SelectCommand:
     steps: int = 0
     """Steps that the last candidates come to; 0 means the preset's, more there cannot be."""
     minutes: float = 0.0
-    """Instead of --steps: minutes of training and judging in all, added up over all candidates."""
+    """Instead of --steps: minutes of one core for training and judging all candidates; several cores share them."""
     rungs: int = 3
     """How often candidates are judged; after each time but the last, half of them are dropped."""
     validation_share: float = 0.1
@@ -107,7 +103,8 @@ class SelectCommand:
         claim(selection, images)
         console = Console(stderr=True, soft_wrap=True)
         report_preparation(console, self.images, images, self.output)
-        rungs = halve(selection.candidates, selection.budget, partial(self._judge, selection, console))
+        say = partial(console.print, markup=False)
+        rungs = halve(selection.candidates, selection.budget, partial(judge, selection, images, self.workers, say))
         choice = choose(rungs, sizes)
         empty = by_object(empty_log_likelihood(selection.recipe.loss, images.batch(shown)), images, selection.recipe)
         found = as_json(selection, sizes, rungs, choice, counts, mean_of(empty))
@@ -184,29 +181,6 @@ class SelectCommand:
             )
         return recipe
 
-    def _judge(
-        self, selection: Selection, console: Console, candidates: Sequence[Candidate], step: int
-    ) -> dict[Candidate, Record]:
-        """Has the candidates trained to a step and judged, where that is not done yet."""
-        cores: int = numba.config.NUMBA_NUM_THREADS
-        tasks = [Task(candidate, step) for candidate in candidates]
-        missing = [task for task in tasks if load_record(selection.record(task)) is None]
-        workers = min(self.workers or cores, max(1, len(missing)))
-        if missing:
-            console.print(f"{len(tasks)} candidates to step {step}, {workers} at once")
-        work = partial(run_task, selection)
-        if workers == 1:
-            running = run_one_by_one(work, missing)
-        else:
-            running = run_side_by_side(work, missing, workers, max(1, cores // workers), _name_of)
-        with closing(running) as outcomes:
-            for number, (task, problem) in enumerate(outcomes, 1):
-                if problem is not None:
-                    raise problem
-                told = _told(selection, task)
-                console.print(f"[{number}/{len(missing)}] {task.candidate.name}: {told}", markup=False)
-        return {task.candidate: _record(selection, task) for task in tasks}
-
     def _further(self, step: int) -> str:
         """How to go on with what was chosen."""
         winner, preset = str(self.output / WINNER_DIRECTORY), str(self.output / PRESET_FILE)
@@ -220,23 +194,6 @@ class SelectCommand:
         return f"{'train on':12}{shlex.join(on)}\n{'train anew':12}{shlex.join(anew)}"
 
 
-def _name_of(task: Task) -> str:
-    return task.candidate.name
-
-
-def _record(selection: Selection, task: Task) -> Record:
-    found = load_record(selection.record(task))
-    assert found is not None
-    return found
-
-
-def _told(selection: Selection, task: Task) -> str:
-    record = _record(selection, task)
-    if record.problem is not None:
-        return f"failed: {record.problem}"
-    return f"bound {record.mean:.2f}, after {record.training_seconds:.0f} s"
-
-
 def _plan(selection: Selection, sizes: dict[Candidate, Size], counts: tuple[int, int]) -> str:
     """What would be compared, the smallest first."""
     budget = selection.budget
@@ -245,7 +202,7 @@ def _plan(selection: Selection, sizes: dict[Candidate, Size], counts: tuple[int,
         f"{size.bundle_bytes / 1000:,.0f} kB"
         for candidate, size in sorted(sizes.items(), key=lambda item: item[1])
     ]
-    goal = f"{budget.steps} steps" if budget.seconds is None else f"{budget.seconds / 60:g} minutes in all"
+    goal = f"{budget.steps} steps" if budget.seconds is None else f"{budget.seconds / 60:g} minutes of a core in all"
     return "\n".join(
         [*lines, f"{len(lines)} candidates, {budget.rungs} rungs, {goal}; {counts[0]} pictures, {counts[1]} held out"]
     )

@@ -26,7 +26,7 @@ class Budget(NamedTuple):
     steps: int
     """Steps that the last ones come to; at most so many where time is given."""
     seconds: float | None
-    """Training and judging of all candidates, added up; None: as long as the steps take."""
+    """Of all cores that compute, for training and judging all candidates; None: as long as the steps take."""
     rungs: int
     """How often they are judged; after each rung but the last, half of them are dropped."""
 
@@ -90,12 +90,12 @@ def next_step(
     if budget.seconds is None:
         return -(-budget.steps // (1 << (budget.rungs - 1 - number)))
     spent = sum(
-        records[-1].training_seconds + sum(record.judging_seconds for record in records)
+        records[-1].training_core_seconds + sum(record.judging_core_seconds for record in records)
         for records in history.values()
         if records
     )
     share = (budget.seconds - spent) / (budget.rungs - number)
-    judging = sum(history[candidate][-1].judging_seconds for candidate in entrants)
+    judging = sum(history[candidate][-1].judging_core_seconds for candidate in entrants)
     pace = sum(_seconds_per_step(history[candidate]) for candidate in entrants)
     # A tiny leg may have taken no time that a clock could tell.
     return min(budget.steps, before + max(0, int((share - judging) / max(pace, 1e-6))))
@@ -103,7 +103,7 @@ def next_step(
 
 def _seconds_per_step(records: Sequence[Record]) -> float:
     """Of the last leg."""
-    steps, seconds = records[-1].step, records[-1].training_seconds
+    steps, seconds = records[-1].step, records[-1].training_core_seconds
     if len(records) > 1:
-        steps, seconds = steps - records[-2].step, seconds - records[-2].training_seconds
+        steps, seconds = steps - records[-2].step, seconds - records[-2].training_core_seconds
     return seconds / steps

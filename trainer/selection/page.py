@@ -98,8 +98,8 @@ def _reached(record: Record) -> dict[str, Any]:
     }
     return {
         "step": record.step,
-        "training_seconds": record.training_seconds,
-        "judging_seconds": record.judging_seconds,
+        "training_core_seconds": record.training_core_seconds,
+        "judging_core_seconds": record.judging_core_seconds,
         "bound": mean_of(record.values)._asdict(),
         **parts,
     }
@@ -126,7 +126,7 @@ def as_markdown(found: Mapping[str, Any]) -> str:
 def conditions(found: Mapping[str, Any]) -> str:
     """Who is chosen, and from what."""
     recipe, seconds = found["recipe"], found["budget"]["seconds"]
-    time = f"{seconds / 60:g} minutes in all" if seconds else "no limit of time"
+    time = f"{seconds / 60:g} minutes of a core in all" if seconds else "no limit of time"
     rungs = ", ".join(f"{rung['candidates']} to step {rung['step']}" for rung in found["rungs"])
     return (
         f"Chosen: **{found['chosen']}**. {found['pictures']} pictures to train on, {found['held_out_pictures']} of "

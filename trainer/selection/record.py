@@ -19,10 +19,10 @@ class Record:
     """A candidate's bound at a rung; each tuple holds the mean over its pictures of every held-out object, nats."""
 
     step: int
-    training_seconds: float
-    """From the first step on."""
-    judging_seconds: float
-    """What this judgement took."""
+    training_core_seconds: float
+    """From the first step on, of all cores that computed."""
+    judging_core_seconds: float
+    """What this judgement took, likewise."""
     log_likelihood: tuple[float, ...] = ()
     """These three are the parts of `selection.bound.Bound`."""
     shape_nats: tuple[float, ...] = ()

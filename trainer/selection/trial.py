@@ -19,9 +19,9 @@ from trainer.training.loop import train
 _BATCH = 64
 
 
-def run_task(selection: Selection, task: Task) -> None:
+def run_task(selection: Selection, images: ImageSet, task: Task) -> None:
     """Trains and judges what of a task is not done, and writes its record; one of failure where the training cannot go
-    on.
+    on. `images` are those of `Selection.pictures`.
 
     Raises:
         KeyboardInterrupt: after Ctrl-C or SIGTERM; the training is saved, and goes on from there next time.
@@ -31,17 +31,16 @@ def run_task(selection: Selection, task: Task) -> None:
     path = selection.record(task)
     if load_record(path) is not None:
         return
-    images = selection.pictures()
     try:
         trained = _trained(selection, task, images)
-        began = time.monotonic()
+        began = time.process_time()
         bound = _judged(selection, trained, images)
-        seconds = time.monotonic() - began
+        seconds = time.process_time() - began
     except (DataError, FloatingPointError) as error:
         save_record(path, Record(task.step, 0.0, 0.0, problem=str(error)))
         return
     likelihood, shape, angle = (tuple(by_object(part, images, selection.recipe).round(4).tolist()) for part in bound)
-    save_record(path, Record(task.step, trained.run["seconds"], round(seconds, 2), likelihood, shape, angle))
+    save_record(path, Record(task.step, trained.run["core_seconds"], round(seconds, 2), likelihood, shape, angle))
 
 
 def _trained(selection: Selection, task: Task, images: ImageSet) -> Checkpoint:

@@ -155,7 +155,7 @@ def test_ctrl_c_saves_and_the_same_command_goes_on(pictures: Path, tiny: Path, t
 def test_a_plan_writes_nothing(pictures: Path, tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, plan, _ = answer(capsys, *options(pictures, tiny, tmp_path / "out"), "--dry-run", "--minutes", "2.5")
     assert status == 0
-    assert "4 candidates, 2 rungs, 2.5 minutes in all; 12 pictures, 12 held out" in plan
+    assert "4 candidates, 2 rungs, 2.5 minutes of a core in all; 12 pictures, 12 held out" in plan
     assert plan.strip().startswith("ortho-block-2_latent-2_fixed")
     assert not (tmp_path / "out").exists()
 
