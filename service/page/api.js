@@ -5,15 +5,16 @@ import { capital } from "./words.js";
 /** Why there is no answer: the service's own sentence, or ours where it could not be reached. */
 export class Problem extends Error {}
 
-/** What was found in pictures of one object: { report, glb }, the GLB as an ArrayBuffer. */
-export async function reconstruct(pictures, category) {
-  const response = await ask("v1/reconstruct", "application/json", { body: form(pictures, category) });
+/** What was found in pictures of one object, after so many iterations of refinement: { report, glb }, the GLB as an
+ * ArrayBuffer. */
+export async function reconstruct(pictures, category, refine) {
+  const response = await ask("v1/reconstruct", "application/json", { body: form(pictures, category, refine) });
   return scene(await response.json());
 }
 
-/** The mesh over the first of the pictures, a Blob of image/png. */
-export async function overlay(pictures, category) {
-  const response = await ask("v1/reconstruct", "image/png", { body: form(pictures, category) });
+/** That mesh over the first of the pictures, a Blob of image/png. */
+export async function overlay(pictures, category, refine) {
+  const response = await ask("v1/reconstruct", "image/png", { body: form(pictures, category, refine) });
   return response.blob();
 }
 
@@ -87,10 +88,11 @@ async function sentence(response) {
   return `${capital(detail)}${detail.endsWith(".") ? "" : "."}`;
 }
 
-function form(pictures, category) {
+function form(pictures, category, refine) {
   const data = new FormData();
   for (const picture of pictures) data.append("image", picture, picture.name ?? "picture");
   data.append("category", category);
+  data.append("refine", refine);
   return data;
 }
 

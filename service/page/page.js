@@ -14,6 +14,8 @@ const AUTO = "auto";
 const SEEDS = 10000;
 // Nearer to the middle of what the model knows than chance would have it.
 const EXAMPLE_TEMPERATURE = 0.7;
+// More of them gain next to nothing.
+const ITERATIONS = 4;
 
 // The azimuth, degrees, in which shapes are shown: from the front, and a little from the side.
 const SIDE = 40;
@@ -46,7 +48,7 @@ function pick(count) {
 function startPicture(models, vary) {
   const show = createResult(find("result"), vary);
   const run = createNewest(fail, find("result"), calm);
-  const category = find("category");
+  const [category, refine] = [find("category"), find("refine")];
   let latest = [];
 
   async function look(pictures) {
@@ -54,9 +56,11 @@ function startPicture(models, vary) {
     tell(pictures.length === 1 ? "Looking at the picture …" : `Looking at ${pictures.length} pictures …`);
     const begun = performance.now();
     try {
-      const answer = await reconstruct(pictures, category.value);
+      const iterations = refine.checked ? ITERATIONS : 0;
+      const answer = await reconstruct(pictures, category.value, iterations);
       const elapsed = performance.now() - begun;
-      show({ ...answer, pictures, elapsed, overlay: await overlay(pictures, answer.report.category) });
+      const over = await overlay(pictures, answer.report.category, iterations);
+      show({ ...answer, pictures, elapsed, overlay: over });
       tell(`Found ${one(answer.report.category)}.`);
     } catch (error) {
       // What is there belongs to another picture.
@@ -71,9 +75,11 @@ function startPicture(models, vary) {
   }
 
   receivePictures(find("files"), find("upload"), (pictures) => run(() => lookAndGo(pictures)));
-  category.addEventListener("change", () => {
-    if (latest.length > 0) run(() => look(latest));
-  });
+  for (const choice of [category, refine]) {
+    choice.addEventListener("change", () => {
+      if (latest.length > 0) run(() => look(latest));
+    });
+  }
   find("example").addEventListener("click", () =>
     run(async () => {
       const names = category.value === AUTO ? models.map((model) => model.category) : [category.value];

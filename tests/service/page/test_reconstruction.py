@@ -8,10 +8,13 @@ from playwright.sync_api import Page, Route, expect
 from tests.service.page.conftest import Visit, downloaded, payload, send
 
 
-def asked(site: httpx.Client, *pictures: bytes, accept: str = "application/json", category: str = "car") -> Any:
+def asked(
+    site: httpx.Client, *pictures: bytes, accept: str = "application/json", category: str = "car", refine: int = 0
+) -> Any:
     """What the API itself answers."""
     files = [("image", ("picture.png", one)) for one in pictures]
-    response = site.post("/v1/reconstruct", files=files, data={"category": category}, headers={"Accept": accept})
+    fields = {"category": category, "refine": str(refine)}
+    response = site.post("/v1/reconstruct", files=files, data=fields, headers={"Accept": accept})
     assert response.status_code == 200, response.text
     return response.json() if accept == "application/json" else response.content
 
@@ -49,6 +52,18 @@ def test_the_overlay_is_the_services_picture_and_the_own_picture_can_be_compared
     expect(overlay).to_be_hidden()
     expect(original).to_be_visible()
     assert shown_bytes(page, "#original") == picture
+
+
+def test_a_longer_look_is_refined(page: Page, site: httpx.Client, picture: bytes) -> None:
+    choose(page, "car")
+    send(page, picture)
+    expect(page.locator("#timings")).not_to_contain_text("Refining")
+    page.get_by_label("Look longer").check()
+    expect(page.locator("#timings")).to_contain_text("Refining")
+    answer = asked(site, picture, refine=4)
+    assert answer["refinement"]["iterations"] >= 1
+    assert downloaded(page, "#download") == base64.b64decode(answer["glb_base64"])
+    assert shown_bytes(page, "#overlay") == asked(site, picture, accept="image/png", refine=4)
 
 
 def shown_bytes(page: Page, image: str) -> bytes:
