@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.trainer.command_line import answer, start
-from trainer.config import SceneConfig
+from trainer.config import WHITE_RIG, SceneConfig
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
 from trainer.presets import load_preset
@@ -117,6 +117,25 @@ def test_labels_and_test_pictures_make_no_difference(
         found = json.loads((tmp_path / name / "selection.json").read_text())
         told.append([(candidate["name"], candidate["rungs"][-1]["bound"]) for candidate in found["candidates"]])
     assert told[0] == told[1]
+
+
+def test_own_pictures_have_the_lights_that_they_are_said_to_have(
+    tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine, out = tmp_path / "mine", tmp_path / "out"
+    render_folder(mine, RenderSettings("car"), SceneConfig(64, 48), 24, 1, 1, show_progress=False)
+    for name in ("scene.json", "render.json", "metadata.csv"):
+        (mine / name).unlink()
+    lit = ["--rig", "white", "--camera.elevation-degrees", "20", "--class", "car"]
+    status, _, errors = answer(capsys, *options(mine, tiny, out), "--steps", "2", "--latents", "2", *lit)
+    assert status == 0, errors
+    assert "24 pictures with a plain background, which was found and removed, and framed" in errors
+    assert (out / "prepared.png").exists()
+    assert "--run RUN --rig white --camera.elevation-degrees 20.0" in errors
+    winner = load_checkpoint(out / "winner")
+    assert winner.scene.lights == WHITE_RIG
+    assert winner.scene.camera.elevation_degrees == 20.0
+    assert winner.category == "car"
 
 
 @pytest.mark.slow
