@@ -113,7 +113,7 @@ class SelectCommand:
         write_bytes(self.output / "selection.md", page.encode())
         keep_winner(selection, choice.chosen)
         print(page, end="")
-        print(self._further(rungs[-1].step), file=sys.stderr)
+        print(self._further(selection.category, rungs[-1].step), file=sys.stderr)
 
     def _check(self) -> None:
         """Raises ConfigError for options out of range or that contradict each other."""
@@ -174,6 +174,11 @@ class SelectCommand:
                 f"Expected loss.kl_weight above 0 in {self.preset}, found 0: it says how exactly a model has to "
                 "explain a picture."
             )
+        if recipe.loss.kind == "silhouette" and "varying" in self.lights:
+            raise ConfigError(
+                f"Expected --lights fixed with {self.preset}, found varying: its loss compares silhouettes, which say "
+                "nothing about the light."
+            )
         if not self.rungs <= (self.steps or recipe.optimiser.steps) <= recipe.optimiser.steps:
             raise ConfigError(
                 f"Expected --steps from {self.rungs} (--rungs) to {recipe.optimiser.steps}, those of {self.preset}, "
@@ -181,10 +186,10 @@ class SelectCommand:
             )
         return recipe
 
-    def _further(self, step: int) -> str:
+    def _further(self, category: str, step: int) -> str:
         """How to go on with what was chosen."""
         winner, preset = str(self.output / WINNER_DIRECTORY), str(self.output / PRESET_FILE)
-        own = [] if self.rig == "colour" else ["--rig", self.rig]
+        own = ["--class", category] + ([] if self.rig == "colour" else ["--rig", self.rig])
         for part in fields(CameraConfig):
             if (value := getattr(self.camera, part.name)) != getattr(CameraConfig(), part.name):
                 own += [f"--camera.{part.name.replace('_', '-')}", str(value)]

@@ -131,7 +131,7 @@ def test_own_pictures_have_the_lights_that_they_are_said_to_have(
     assert status == 0, errors
     assert "24 pictures with a plain background, which was found and removed, and framed" in errors
     assert (out / "prepared.png").exists()
-    assert "--run RUN --rig white --camera.elevation-degrees 20.0" in errors
+    assert "--run RUN --class car --rig white --camera.elevation-degrees 20.0" in errors
     winner = load_checkpoint(out / "winner")
     assert winner.scene.lights == WHITE_RIG
     assert winner.scene.camera.elevation_degrees == 20.0
@@ -202,6 +202,7 @@ def test_a_plan_writes_nothing(pictures: Path, tiny: Path, tmp_path: Path, capsy
         ("--preset poses.toml", "found loss.pose_supervision azimuth in poses.toml: a selection looks at pictures"),
         ("--preset views.toml", "found optimiser.views_per_instance 3 in views.toml"),
         ("--preset free.toml", "Expected loss.kl_weight above 0 in free.toml, found 0"),
+        ("--preset outlines.toml --lights varying", "Expected --lights fixed with outlines.toml, found varying"),
         ("--class Große", "category of small letters, digits, - and _"),
         ("--rig white", "Expected --camera and --rig only for pictures whose scene is not known"),
         ("--images absent", "expected a folder of pictures at absent, found nothing"),
@@ -219,6 +220,7 @@ def test_a_mistake_is_answered_in_a_sentence_and_nothing_is_written(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "poses.toml").write_text('[loss]\npose_supervision = "azimuth"\n')
     (tmp_path / "views.toml").write_text("[optimiser]\nviews_per_instance = 3\nbatch_size = 96\n")
+    (tmp_path / "outlines.toml").write_text('[loss]\nkind = "silhouette"\n')
     (tmp_path / "free.toml").write_text("[loss]\nkl_weight = 0\n")
     before = sorted(tmp_path.iterdir())
     status, output, errors = answer(capsys, *options(pictures, tiny, tmp_path / "out"), *arguments.split())
