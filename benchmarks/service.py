@@ -21,17 +21,15 @@ from benchmarks.machine import machine, versions
 from benchmarks.service_charts import write_charts
 from benchmarks.service_load import measure_graphs, measure_service, prepared
 from benchmarks.service_pictures import HEIGHT, WIDTH, make_questions
-from benchmarks.service_process import memory_mebibytes, serving
+from benchmarks.service_process import PACKAGES, memory_mebibytes, serving
 from service.catalogue import read_catalogue
-
-PACKAGES = ("onnxruntime", "pillow", "fastapi", "starlette", "uvicorn", "h11")
 
 
 @dataclass(frozen=True)
 class Options:
     """Options of the benchmark."""
 
-    models: Path = Path("out/demo/models")
+    models: Path = Path("models")
     """A bundle, or a directory of bundles."""
     category: str = "car"
     """Whose model is asked."""

@@ -29,17 +29,20 @@ def make_questions(service: Service, category: str, count: int) -> list[Question
         RuntimeError: too many of them are refused.
     """
     questions: list[Question] = []
+    refusal = ""
     for seed in range(4 * count):
         jpeg = _photograph(service, category, seed)
         body = _form(jpeg, category)
         status, answer = ask(service, "POST", "/v1/reconstruct", body, HEADERS)
         if status == 200:
             questions.append(Question(jpeg, body, answer))
+        else:
+            refusal = f"{status}: {json.loads(answer)['detail']}"
         if len(questions) == count:
             return questions
     raise RuntimeError(
-        f"expected {count} of {4 * count} samples of {category} to be explained, found {len(questions)}; "
-        "name a model that was trained longer with --models"
+        f"expected {count} of {4 * count} samples of {category} to be answered, found {len(questions)}, and last "
+        f"{refusal}; name models that were trained longer with --models"
     )
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from http.client import HTTPConnection
 from pathlib import Path
 
+PACKAGES = ("onnxruntime", "pillow", "fastapi", "starlette", "uvicorn", "h11")
+"""What the service is made of."""
 READY_SECONDS = 60.0
 
 
@@ -38,7 +40,8 @@ def serving(models: Path, threads: int) -> Iterator[Service]:
             line = process.stdout.readline()
             if not line:
                 raise RuntimeError(f"expected the service to start, found that it did not: {' '.join(command)}")
-            host, _, port = line.split()[3].removeprefix("http://").rpartition(":")
+            address = next(word for word in line.split() if word.startswith("http://"))
+            host, _, port = address.removeprefix("http://").rpartition(":")
             while _status(host, int(port)) != 200:
                 if time.perf_counter() - began > READY_SECONDS:
                     raise RuntimeError(f"expected the models to be ready within {READY_SECONDS:g} s, found them not")

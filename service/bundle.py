@@ -10,7 +10,6 @@ import io
 import os
 import stat
 import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -107,10 +106,14 @@ def _open_without_surprise(path: str, flags: int) -> int:
 
 def _read_probe(content: bytes, manifest: Manifest, where: str) -> dict[str, NDArray[np.float32]]:
     shapes, names = tensor_shapes(manifest), probe_arrays(manifest)
+    # zipfile and numpy answer damage with whatever they stumble over (BadZipFile, ValueError, struct.error, TokenError,
+    # …): any of it means that the file is at fault.
     try:
         archive = zipfile.ZipFile(io.BytesIO(content))
-    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise BundleError(f"{where}: expected an .npz archive, found: {error}; export the bundle again") from None
+    except Exception as error:
+        raise BundleError(
+            f"{where}: expected an .npz archive, found: {str(error)[:200]}; export the bundle again"
+        ) from error
     with archive:
         found = sorted(archive.namelist())
         expected = sorted(f"{name}.npy" for name in names)
@@ -131,17 +134,19 @@ def _read_probe(content: bytes, manifest: Manifest, where: str) -> dict[str, NDA
 def _read_array(archive: zipfile.ZipFile, name: str, shape: tuple[int, ...], where: str) -> NDArray[np.float32]:
     """One member of the archive. Its size is known before it is inflated, and its header is read as data: no pickle."""
     largest = LARGEST_PROBE_BATCH * 4 * int(np.prod(shape, dtype=np.int64)) + 1024
+    member = archive.getinfo(f"{name}.npy")
+    if member.file_size > largest:
+        raise BundleError(
+            f"{where}: {name}: expected at most {largest} bytes, found {member.file_size}; export the bundle again"
+        )
     try:
-        member = archive.getinfo(f"{name}.npy")
-        if member.file_size > largest:
-            raise BundleError(
-                f"{where}: {name}: expected at most {largest} bytes, found {member.file_size}; export the bundle again"
-            )
         stream = io.BytesIO(archive.read(member))
         version = np.lib.format.read_magic(stream)
         found_shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
-    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
-        raise BundleError(f"{where}: {name}: expected a NumPy array, found: {error}; export the bundle again") from None
+    except Exception as error:
+        raise BundleError(
+            f"{where}: {name}: expected a NumPy array, found: {str(error)[:200]}; export the bundle again"
+        ) from error
     data = stream.read()
     right = (
         version == (1, 0)

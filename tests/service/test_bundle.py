@@ -5,6 +5,7 @@ import io
 import json
 import os
 import shutil
+import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -219,18 +220,39 @@ def test_a_wrong_probe_is_refused(copy: Path, arrays: dict[str, np.ndarray], sen
         read_bundle(copy)
 
 
-def test_a_probe_that_claims_to_be_huge_is_refused(copy: Path) -> None:
-    with zipfile.ZipFile(copy / "probe.npz") as archive:
-        content = {name: archive.read(name) for name in archive.namelist()}
-    header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (2, 10**12)})
-    content["shape_codes.npy"] = header.getvalue()
+def replace_probe_file(directory: Path, name: str, data: bytes) -> None:
+    """Replaces one file of the probe's archive."""
+    with zipfile.ZipFile(directory / "probe.npz") as archive:
+        content = {member: archive.read(member) for member in archive.namelist()}
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
-        for name, data in content.items():
-            archive.writestr(name, data)
-    replace_file(copy, "probe.npz", buffer.getvalue())
+        for member, old in content.items():
+            archive.writestr(member, data if member == name else old)
+    replace_file(directory, "probe.npz", buffer.getvalue())
+
+
+def test_a_probe_that_claims_to_be_huge_is_refused(copy: Path) -> None:
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (2, 10**12)})
+    replace_probe_file(copy, "shape_codes.npy", header.getvalue())
     with pytest.raises(BundleError, match=r"shape_codes: expected float32 .* found float32 \[2, 1000000000000\]"):
+        read_bundle(copy)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        # Found by fuzzing: numpy takes it for a header that Python 2 wrote, and answers with an error of its tokenizer.
+        b"{'descr': '<f4', 'fortran_order': False, 'shape': (2, 12",
+        b"'",
+        b"",
+        b"(" * 500,
+        b"{'descr': 'V', 'fortran_order': 0, 'shape': ()}",
+    ],
+)
+def test_a_probe_with_a_broken_header_is_refused(copy: Path, header: bytes) -> None:
+    replace_probe_file(copy, "shape_codes.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
+    with pytest.raises(BundleError, match=r"probe.npz: shape_codes: expected (a NumPy array|float32 .*), found"):
         read_bundle(copy)
 
 
