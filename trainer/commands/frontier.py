@@ -10,6 +10,7 @@ import numba
 from rich.console import Console
 
 from trainer.errors import ConfigError, DataError
+from trainer.evaluation.subject import check_refinement
 from trainer.frontier.files import write_report
 from trainer.frontier.measurement import measure
 from trainer.frontier.plan import load_plan
@@ -55,6 +56,8 @@ class FrontierCommand:
         plan = load_plan(self.budget)
         study = study_of(plan, self.output / Path(self.budget).stem)
         tasks = tasks_of(plan)
+        for point in plan.points:
+            check_refinement(point.choice.refine)
         for task in tasks:
             check_category(task.cell.category)
             check_settings(study.config(task.cell))

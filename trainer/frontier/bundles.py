@@ -1,6 +1,7 @@
 """The bundles of trainings, made by the exporter in a process of its own: the trainer does not know it."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -24,9 +25,9 @@ def exported(study: Study, cell: Cell, precision: BundlePrecision) -> Path:
     command = [sys.executable, "-m", "exporter", "--checkpoint", study.run_directory(cell), "--output", bundle]
     if precision != "float32":
         command += ["--precision", precision, "--images", study.validation_pictures(cell).path]
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=False)
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        said = " ".join(done.stderr.split()) or f"status {done.returncode}"
+        said = re.sub(r"[\s│╭╮╰╯─]+", " ", done.stderr).strip() or f"status {done.returncode}"
         raise DataError(f"{precision} bundle of {study.run_directory(cell)}: {said}")
     return bundle
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("agg")
 
@@ -19,6 +20,10 @@ from trainer.frontier.report import Accuracy, Fronts, Measured, Report, fronts
 
 FRONT, NEAR, OTHER, CHOSEN, BASELINE = "#0b6e4f", "#2a9d8f", "#9aa3ad", "#c1121f", "#7a5c00"
 PAPER, PRESETS = "paper", "presets"
+# Places along each piece of the front's line that labels keep clear of.
+_ALONG = 80
+
+Place = tuple[float, float]
 
 AXES: dict[Accuracy | Expense, str] = {
     "iou": "IoU at 32³ (higher is better)",
@@ -76,7 +81,7 @@ def _trade(report: Report, category: str, accuracy: Accuracy, expense: Expense) 
     costs = [point.expense(expense) for point in points]
     values = [getattr(point, accuracy) for point in points]
     _logarithmic(axes.xaxis, costs)
-    _front_line(axes, found, accuracy, expense, max(costs) * 1.3)
+    line = _front_line(axes, found, accuracy, expense, max(costs) * 1.3)
     for point, cost, value in zip(points, costs, values, strict=True):
         on = point in found.on
         axes.plot(cost, value, "o", color=_colour(point, found), markersize=9 if on else 6, zorder=3)
@@ -94,7 +99,7 @@ def _trade(report: Report, category: str, accuracy: Accuracy, expense: Expense) 
         Label(p.expense(expense), getattr(p, accuracy), p.label, _style(p, found), _is_told(p, found))
         for p in sorted(points, key=lambda point: _rank(point, found))
     ]  # fmt: skip
-    write_labels(axes, labels, zip(costs, values, strict=True))
+    write_labels(axes, labels, [*zip(costs, values, strict=True), *line])
     return figure
 
 
@@ -158,11 +163,17 @@ def _factors(report: Report, category: str) -> Figure:
     return figure
 
 
-def _front_line(axes: Axes, found: Fronts, accuracy: Accuracy, expense: Expense, end: float) -> None:
-    """Steps: what is to be had for a cost."""
-    xs = [point.expense(expense) for point in found.on]
+def _front_line(axes: Axes, found: Fronts, accuracy: Accuracy, expense: Expense, end: float) -> list[Place]:
+    """Draws steps, what is to be had for a cost, and returns places along them."""
+    xs = [*(point.expense(expense) for point in found.on), end]
     ys = [getattr(point, accuracy) for point in found.on]
-    axes.step([*xs, end], [*ys, ys[-1]], where="post", color=FRONT, linewidth=1.4, alpha=0.7)
+    axes.step(xs, [*ys, ys[-1]], where="post", color=FRONT, linewidth=1.4, alpha=0.7)
+    along: list[Place] = []
+    for x, following, y in zip(xs, xs[1:], ys, strict=False):
+        along += [(float(between), y) for between in np.geomspace(x, following, _ALONG)]
+    for x, y, following in zip(xs[1:], ys, ys[1:], strict=False):
+        along += [(x, float(between)) for between in np.linspace(y, following, _ALONG)]
+    return along
 
 
 def _baselines(axes: Axes, report: Report, category: str) -> None:

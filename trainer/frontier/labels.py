@@ -35,13 +35,13 @@ class Label(NamedTuple):
 
 
 def write_labels(axes: Axes, labels: Iterable[Label], points: Iterable[tuple[float, float]]) -> None:
-    """Writes labels in their order, each at the nearest place that covers neither a point nor an earlier one, joined to
-    its point by a thin line where that is far. Call it when the axes have their final limits."""
+    """Writes labels in their order, each at the nearest place that covers neither `points` nor what is written, joined
+    to its point by a thin line where that is far. Call it when the axes have their final limits."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    half = 4.0 * figure.dpi / 72
+    half = 3.0 * figure.dpi / 72
     taken = [Bbox(text.get_window_extent(renderer).frozen().get_points()) for text in axes.texts]
     taken += [
         Bbox([[x - half, y - half], [x + half, y + half]]) for x, y in axes.transData.transform(list(points)).tolist()

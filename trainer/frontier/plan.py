@@ -140,6 +140,9 @@ def _check(points: tuple[Point, ...], where: str) -> None:
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
         raise ConfigError(f"{where}: expected points of different names, found {doubled[0]} twice. Rename one.")
+    idle = [point.choice.name for point in points if not (point.choice.classes and point.choice.seeds)]
+    if idle:
+        raise ConfigError(f"{where}: expected a class and a seed at least of {idle[0]}, found none. Name them.")
     if names[:1] != [DEFAULT]:
         found = names[0] if names else "none"
         raise ConfigError(

@@ -103,6 +103,10 @@ points = [
         (SCALE + POINTS.replace("label", "lable"), "default: there is no setting 'lable'; did you mean 'label'?"),
         (SCALE + POINTS.replace(" }]", ", changes = { wide = 3 } }]"), "default: there is no setting 'wide'"),
         (SCALE + POINTS.replace(" }]", ', bundle = "int4" }]'), "expected one of 'float32', 'float16', 'int8'"),
+        (
+            SCALE + POINTS.replace(" }]", ", seeds = [] }]"),
+            "expected a class and a seed at least of default, found none",
+        ),
         ("scale =", "expected a TOML file, found"),
     ],
 )
