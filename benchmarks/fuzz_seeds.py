@@ -45,7 +45,8 @@ def pictures() -> dict[str, bytes]:
     shaded = np.stack((0.5 + y / 3, 0.5 + x / 4, 0.5 - y / 3), -1)
     colour = Image.fromarray((255 * np.where(disc, shaded, 0.9)).astype(np.uint8))
     alone = Image.fromarray((255 * np.concatenate((shaded, disc), -1)).astype(np.uint8))
-    palette = alone.convert("RGB").quantize(16)
+    palette = colour.quantize(16)
+    behind = palette.getpixel((0, 0))
     deep = Image.fromarray((65535 * np.where(disc, shaded, 0.9)[..., 0]).astype(np.uint16))
     turned = Image.Exif()
     turned[0x0112] = 6
@@ -54,7 +55,7 @@ def pictures() -> dict[str, bytes]:
         "rgba.png": _file(alone, "PNG"),
         "grey.png": _file(colour.convert("L"), "PNG"),
         "grey-alpha.png": _file(alone.convert("LA"), "PNG"),
-        "palette.png": _file(palette, "PNG", transparency=0),
+        "palette.png": _file(palette, "PNG", transparency=behind),
         "bits.png": _file(colour.convert("1"), "PNG"),
         "deep.png": _file(deep, "PNG"),
         "turned.png": _file(colour, "PNG", exif=turned, dpi=(72, 72)),
@@ -68,7 +69,7 @@ def pictures() -> dict[str, bytes]:
         "lossless.webp": _file(alone, "WEBP", lossless=True, exif=turned),
         "moving.webp": _file(alone, "WEBP", save_all=True, append_images=[alone.rotate(90)], duration=10),
         "palette.gif": _file(palette, "GIF"),
-        "moving.gif": _file(palette, "GIF", save_all=True, append_images=[palette.rotate(90)], transparency=0),
+        "moving.gif": _file(palette, "GIF", save_all=True, append_images=[palette.rotate(90)], transparency=behind),
         "rgb.bmp": _file(colour, "BMP"),
         "palette.bmp": _file(palette, "BMP"),
         "bits.bmp": _file(colour.convert("1"), "BMP"),

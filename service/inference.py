@@ -73,7 +73,7 @@ class Posterior:
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh in the object frame: vertices [V, 3] and unit normals [V, 3]; of several, an axis for them stands first."""
+    """A mesh in the object frame: vertices [V, 3] and unit normals [V, 3]; of several, with an axis of them first."""
 
     vertices: Array
     normals: Array
@@ -172,25 +172,27 @@ def _session(
     # Weights stand inside the graph: a reference to another file finds an impossible folder.
     options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
     try:
-        session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+        # There is nothing to fall back on: else it would print so, and try the same once more.
+        session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"], enable_fallback=0)
+        taken = {tensor.name: (tensor.type, tensor.shape) for tensor in session.get_inputs()}
+        given = {tensor.name: (tensor.type, tensor.shape) for tensor in session.get_outputs()}
     except Exception as error:  # onnxruntime's errors share no narrower class
         raise BundleError(
             f"{where}: expected a graph that onnxruntime can load, found: {_first_line(error)}; export the bundle again"
         ) from None
     # It keeps the graph for a change of providers, of which there is one: thirteen models would take 55 MB more.
     session._model_bytes = b""
-    found = {tensor.name: tensor for tensor in (*session.get_inputs(), *session.get_outputs())}
-    if {t.name for t in session.get_inputs()} != set(inputs) or {t.name for t in session.get_outputs()} != set(outputs):
+    if set(taken) != set(inputs) or set(given) != set(outputs):
         raise BundleError(
-            f"{where}: expected the tensors {', '.join((*inputs, *outputs))}, found {', '.join(found)[:300]}; "
-            "export the bundle again"
+            f"{where}: expected the tensors {', '.join((*inputs, *outputs))}, "
+            f"found {', '.join((*taken, *given))[:300]}; export the bundle again"
         )
-    for name, tensor in found.items():
-        batch, *shape = tensor.shape
-        if tensor.type != "tensor(float)" or isinstance(batch, int) or tuple(shape) != shapes[name]:
+    for name, (kind, shape) in {**taken, **given}.items():
+        batch, rest = shape[:1], tuple(shape[1:])
+        if kind != "tensor(float)" or not batch or isinstance(batch[0], int) or rest != shapes[name]:
             raise BundleError(
                 f"{where}: {name}: expected float32 [any batch, {', '.join(map(str, shapes[name]))}], "
-                f"found {tensor.type} {tensor.shape}; export the bundle again"
+                f"found {kind} {shape}; export the bundle again"
             )
     return session
 

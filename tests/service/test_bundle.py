@@ -173,6 +173,51 @@ def test_a_graph_with_a_fixed_batch_is_refused(copy: Path) -> None:
         load_engine(read_bundle(copy))
 
 
+def test_a_graph_of_single_numbers_is_refused(copy: Path) -> None:
+    """Found by fuzzing: an output without even a batch axis."""
+
+    def flatten(model: onnx.ModelProto) -> None:
+        for output in model.graph.output:
+            model.graph.node.append(
+                onnx.helper.make_node("ReduceSum", [output.name], [f"{output.name}_sum"], keepdims=0)
+            )
+            output.name = f"{output.name}_sum"
+            output.type.tensor_type.shape.ClearField("dim")
+        for node in model.graph.node:
+            for names in (node.input, node.output):
+                names[:] = [RENAMED.get(name, name) for name in names]
+        for output in model.graph.output:
+            output.name = RENAMED[output.name]
+
+    edit_graph(copy, "decoder.onnx", flatten)
+    with pytest.raises(
+        BundleError, match=r"vertices: expected float32 \[any batch, 98, 3\], found tensor\(float\) \[\]"
+    ):
+        load_engine(read_bundle(copy))
+
+
+RENAMED = {
+    "vertices": "all_vertices",
+    "normals": "all_normals",
+    "vertices_sum": "vertices",
+    "normals_sum": "normals",
+}
+
+
+def test_a_graph_with_names_that_are_no_text_is_refused(copy: Path) -> None:
+    """Found by fuzzing: the name of the batch axis."""
+    content = (copy / "decoder.onnx").read_bytes()
+    (name,) = {
+        dimension.dim_param.encode()
+        for tensor in onnx.load_model_from_string(content).graph.input
+        for dimension in tensor.type.tensor_type.shape.dim
+        if dimension.dim_param
+    }
+    replace_file(copy, "decoder.onnx", content.replace(name, b"\xff" * len(name)))
+    with pytest.raises(BundleError, match=r"decoder.onnx: expected a graph that onnxruntime can load, found: .*utf-8"):
+        load_engine(read_bundle(copy))
+
+
 def test_a_stale_graph_is_found_by_the_probe(copy: Path) -> None:
     def turn(model: onnx.ModelProto) -> None:
         weights = max(model.graph.initializer, key=lambda tensor: len(tensor.raw_data))
