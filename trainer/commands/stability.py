@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,12 +12,13 @@ from rich.console import Console
 
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
-from trainer.stability.budget import BUDGETS, BudgetName
+from trainer.stability.budget import BUDGETS, Budget, BudgetName
 from trainer.stability.edges import edge_figures
 from trainer.stability.examination import examine
 from trainer.stability.models import contestants
-from trainer.stability.page import Results, filled, page_of
+from trainer.stability.page import filled, page_of
 from trainer.stability.regimes import REGIMES, Regime
+from trainer.stability.tables import Results
 from trainer.stability.trainings import found_trainings, recipe_for, run_trainings
 
 _USUAL = ("car", "chair", "sofa")
@@ -43,6 +44,8 @@ class StabilityCommand:
     """What is tested."""
     regimes: tuple[str, ...] = ()
     """Kinds of trainings, by name; by default all."""
+    seeds: int = 0
+    """Trainings of each kind, 1 to 100; 0 means the budget's: 1, or 2."""
     output: Path = Path("out/stability")
     """Directory to write to."""
     page: Path | None = None
@@ -55,18 +58,17 @@ class StabilityCommand:
 
     def run(self) -> None:
         folder, console = self.output / self.budget, Console(stderr=True, soft_wrap=True)
-        regimes, template = self._regimes(), self._template()
+        regimes, template, budget = self._regimes(), self._template(), self._budget()
 
         def report(sentence: str) -> None:
             console.print(sentence, markup=False)
 
         if "pictures" in self.parts:
-            self._examine(folder, report)
+            self._examine(folder, budget, report)
         if "rasteriser" in self.parts and not (folder / "rasteriser.json").exists():
             report("rasteriser")
-            _write(folder / "rasteriser.json", edge_figures(BUDGETS[self.budget].scenes))
+            _write(folder / "rasteriser.json", edge_figures(budget.scenes))
         if "trainings" in self.parts:
-            budget = BUDGETS[self.budget]
             run_trainings(folder, budget, regimes, recipe_for(budget), report)
         results = self._results(folder)
         _write(folder / "stability.json", results)
@@ -74,6 +76,12 @@ class StabilityCommand:
         text = page_of(results, charts) if template is None else filled(template, results)
         write_bytes(folder / "stability.md", text.encode())
         report(f"written: {folder}: stability.json, stability.md, {len(charts)} charts")
+
+    def _budget(self) -> Budget:
+        if not 0 <= self.seeds <= 100:
+            raise ConfigError(f"Expected --seeds from 0 to 100, found {self.seeds}.")
+        budget = BUDGETS[self.budget]
+        return replace(budget, seeds=self.seeds) if self.seeds else budget
 
     def _regimes(self) -> list[Regime]:
         known = {regime.name: regime for regime in REGIMES}
@@ -88,7 +96,7 @@ class StabilityCommand:
         except (OSError, UnicodeDecodeError) as error:
             raise ConfigError(f"The page {self.page} cannot be read ({error}). Check the path.") from error
 
-    def _examine(self, folder: Path, report: Callable[[str], None]) -> None:
+    def _examine(self, folder: Path, budget: Budget, report: Callable[[str], None]) -> None:
         bundles = self.bundle
         if not bundles and not self.checkpoint:
             bundles = tuple(path for name in _USUAL if (path := Path("models") / name).is_dir())
@@ -102,7 +110,7 @@ class StabilityCommand:
             def tell(sentence: str, name: str = contestant.name) -> None:
                 report(f"{name}: {sentence}")
 
-            _write(path, examine(contestant, BUDGETS[self.budget], tell))
+            _write(path, examine(contestant, budget, tell))
 
     def _results(self, folder: Path) -> Results:
         """All that was found with this budget, also by earlier calls."""

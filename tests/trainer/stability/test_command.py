@@ -84,6 +84,7 @@ def test_the_rasteriser_alone(
     ("options", "sentence"),
     [
         (["--parts", "trainings", "--regimes", "batch-5"], "Expected --regimes out of usual, batch-8,"),
+        (["--seeds", "101"], "Expected --seeds from 0 to 100, found 101."),
         (["--page", "nowhere.md"], "The page nowhere.md cannot be read"),
         (["--bundle", "nowhere"], "Expected a bundle at nowhere, found no manifest.json"),
         (["--checkpoint", "MODEL", "MODEL"], "Expected models in directories of different names, found new more than"),
