@@ -93,16 +93,16 @@ def decode(content: bytes, least_width: int, least_height: int, max_pixels: int)
     fitting = min(upright.width // max(1, least_width), upright.height // max(1, least_height))
     bounded = math.ceil(math.sqrt(upright.width * upright.height / _MOST_WORKING_PIXELS))
     factor = max(1, fitting, bounded)
-    planes, codes, opacity = _planes(upright)
-    table = decode_table(codes)
-    reduced = [_linear_means(plane, table, opacity, factor) for plane in planes]
-    colour = np.stack(reduced if len(reduced) == 3 else reduced * 3)
+    codes, count, opacity = _codes(upright)
+    colour = _linear_means(codes, decode_table(count), opacity, factor)
+    if len(colour) == 1:
+        colour = colour.repeat(3, 0)
     if lying:
         width, height = height, width
     squares = draft * factor
     columns, rows = (
-        np.minimum(np.arange(count + 1) * squares, size).astype(np.float64)
-        for count, size in ((colour.shape[2], width), (colour.shape[1], height))
+        np.minimum(np.arange(number + 1) * squares, size).astype(np.float64)
+        for number, size in ((colour.shape[2], width), (colour.shape[1], height))
     )
     return Picture(colour, None if opacity is None else block_means(opacity, factor), columns, rows, squares)
 
@@ -158,34 +158,36 @@ def _loaded(file: Image.Image) -> Image.Image:
     return file
 
 
-def _planes(picture: Image.Image) -> tuple[list[NDArray[np.integer]], int, NDArray[np.float32] | None]:
-    """One plane of codes if grey, else three; how many codes there are; and the opacity where any is transparent."""
+def _codes(picture: Image.Image) -> tuple[NDArray[np.integer], int, NDArray[np.float32] | None]:
+    """The codes [1, h, w] of grey or [3, h, w] of colour; how many codes there are; and the opacity where any is
+    transparent."""
     if picture.mode.startswith("I"):
         # 16 bits of grey, which Pillow would clip on the way to 8.
         grey = np.asarray(picture).clip(0, 65535).astype(np.uint16)
         transparent = picture.info.get("transparency")
         opacity = (grey != transparent).astype(np.float32) if isinstance(transparent, int) else None
-        return [grey], 65536, opacity
+        return grey[None], 65536, opacity
     if picture.has_transparency_data:
-        pixels = np.asarray(picture.convert("RGBA"))
-        opacity = pixels[..., 3].astype(np.float32) / np.float32(255)
-        return [pixels[..., channel] for channel in range(3)], 256, None if opacity.min() == 1 else opacity
-    pixels = np.asarray(picture.convert("RGB"))
-    return [pixels[..., channel] for channel in range(3)], 256, None
+        pixels = np.asarray(picture.convert("RGBA")).transpose(2, 0, 1)
+        opacity = pixels[3].astype(np.float32) / np.float32(255)
+        return pixels[:3], 256, None if opacity.min() == 1 else opacity
+    return np.asarray(picture.convert("RGB")).transpose(2, 0, 1), 256, None
 
 
 def _linear_means(
     codes: NDArray[np.integer], table: NDArray[np.float32], opacity: NDArray[np.float32] | None, factor: int
 ) -> NDArray[np.float32]:
     """Linear intensity times opacity, averaged; in strips, so that a large picture does not grow fourfold at once."""
-    rows = factor * max(1, _STRIP_PIXELS // (factor * codes.shape[1]))
+    channels, height, width = codes.shape
+    rows = factor * max(1, _STRIP_PIXELS // (factor * channels * width))
     strips = []
-    for start in range(0, len(codes), rows):
-        linear = np.take(table, codes[start : start + rows])
+    for start in range(0, height, rows):
+        # Looked up in the order of memory: three times as fast as with Pillow's pixels, channel by channel.
+        linear = np.take(table, np.ascontiguousarray(codes[:, start : start + rows]))
         if opacity is not None:
             linear *= opacity[start : start + rows]
         strips.append(block_means(linear, factor))
-    return np.concatenate(strips)
+    return np.concatenate(strips, 1)
 
 
 def _described(content: bytes) -> str:

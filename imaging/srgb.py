@@ -1,13 +1,15 @@
 """Between linear light, which everything computes in, and sRGB, which picture files hold (IEC 61966-2-1)."""
 
+from functools import cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 
+@cache
 def decode_table(codes: int = 256) -> NDArray[np.float32]:
-    """Linear intensity 0..1 of each sRGB code 0 … `codes` - 1."""
+    """Linear intensity 0..1 of each sRGB code 0 … `codes` - 1; one array for all who ask, not to be written to."""
     return _linear(np.arange(codes) / (codes - 1)).astype(np.float32)
 
 

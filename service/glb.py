@@ -5,11 +5,11 @@ import math
 import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import chain
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.inference import Surface
 from service.manifest import Manifest
@@ -96,10 +96,9 @@ def _write(
     extras: dict[str, Any],
 ) -> bytes:
     """The file: a mesh for each surface and block, in that order; all share the faces."""
-    faces = _faces(manifest)
+    indices, index_bytes = _indices(manifest.faces, manifest.vertices)
     vertices = np.ascontiguousarray([surface.vertices for surface in surfaces], "<f4").tobytes()
     normals = np.ascontiguousarray([surface.normals for surface in surfaces], "<f4").tobytes()
-    indices = faces.tobytes()
     buffer = _pad(vertices + normals + indices, b"\0")
     lit = ["KHR_lights_punctual"] if manifest.lights else []
     document = {
@@ -115,7 +114,7 @@ def _write(
             for block, name in enumerate(names)
         ],
         "materials": [_material(manifest)],
-        "accessors": _accessors(surfaces, manifest, faces.itemsize),
+        "accessors": _accessors(surfaces, manifest, index_bytes),
         "bufferViews": [
             {"buffer": 0, "byteOffset": 0, "byteLength": len(vertices), "byteStride": 12, "target": _ARRAY_BUFFER},
             {
@@ -143,9 +142,11 @@ def _primitive(first: int, indices: int) -> dict[str, Any]:
     return {"attributes": {"POSITION": first, "NORMAL": first + 1}, "indices": indices, "material": 0}
 
 
-def _faces(manifest: Manifest) -> NDArray[np.unsignedinteger[Any]]:
-    """Face indices [F, 3], in two bytes where they suffice (glTF keeps 65535 free)."""
-    return np.array(manifest.faces, "<u2" if manifest.vertices < 65536 else "<u4")
+@lru_cache(maxsize=64)
+def _indices(faces: tuple[tuple[int, int, int], ...], vertices: int) -> tuple[bytes, int]:
+    """The corners of faces, and the bytes of each: two where they suffice (glTF keeps 65535 free), else four."""
+    corners = np.array(faces, "<u2" if vertices < 65536 else "<u4")
+    return corners.tobytes(), corners.itemsize
 
 
 def _material(manifest: Manifest) -> dict[str, Any]:
