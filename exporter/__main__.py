@@ -1,19 +1,24 @@
-"""python -m exporter: turn a checkpoint into a bundle."""
+"""python -m exporter: turn a checkpoint into a bundle, or a bundle into one of lower precision."""
 
 import json
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import tyro
 from pydantic import JsonValue
 
 from exporter.errors import ExportError
 from exporter.export import export
+from exporter.precision import PrecisionName
+from exporter.repacking import float32_bundle, repack
+from service.manifest import Manifest
 from trainer.data.images import load_image_folder
 from trainer.errors import ChiaroError, ConfigError
-from trainer.training.checkpoint import Checkpoint, load_checkpoint
+from trainer.training.checkpoint import load_checkpoint
 
 OFFSET_KEY = "azimuth_offset_degrees"
 
@@ -22,40 +27,84 @@ OFFSET_KEY = "azimuth_offset_degrees"
 class ExportOptions:
     """Turns a checkpoint into a bundle that the service can load, and proves that both say the same."""
 
-    checkpoint: Path
-    """A checkpoint, or a run directory, whose newest checkpoint is taken."""
     output: Path
     """The bundle's directory; a bundle that is there is replaced."""
+    checkpoint: Path | None = None
+    """A checkpoint, or a run directory, whose newest checkpoint is taken."""
+    bundle: Path | None = None
+    """Instead of --checkpoint: a float32 bundle, to be written in another --precision."""
+    precision: PrecisionName = "float32"
+    """Of the weights. float16 halves the bundle and computes in float32 as before; int8 is a quarter of it and faster,
+    at the price of some accuracy, which the manifest tells. Both need --images."""
     azimuth_offset_degrees: float | None = None
     """What has to be added to predicted azimuths to get true ones, degrees; 0 without --metrics."""
     metrics: Path | None = None
     """The judge's metrics.json: its azimuth_offset_degrees is applied, and its figures go into the manifest."""
     images: Path | None = None
-    """A folder of pictures of the class that were not trained on, such as the judge's validation pictures, 20 at least:
-    how well the model explains them tells the service which pictures are of another class. Without it the service takes
-    any picture for one of the class."""
+    """A folder of pictures of the class that were not trained on, such as the judge's validation pictures, 20 at least,
+    and 40 for another precision: how well the model explains them tells the service which pictures are of another
+    class. Without it the service takes any picture for one of the class."""
 
 
 def main(arguments: list[str]) -> int:
     """Read the options, export, tell what was written. Returns the exit status: 2 where something has to be mended."""
     options = tyro.cli(ExportOptions, prog="python -m exporter", args=arguments)
     try:
-        metrics = _read_metrics(options.metrics) if options.metrics is not None else {}
-        offset = _offset_degrees(options, metrics)
-        checkpoint = load_checkpoint(options.checkpoint)
-        held_out = _read_pictures(options.images, checkpoint) if options.images is not None else []
-        manifest = export(checkpoint, options.output, math.radians(offset), metrics, held_out=held_out)
+        manifest = _repacked(options) if options.bundle is not None else _exported(options)
     except ChiaroError as error:
         print(error, file=sys.stderr)
         return 2
-    worst = max(manifest.parity, key=lambda name: manifest.parity[name])
-    print(
-        f"{options.output}: {manifest.category}, {manifest.vertices} vertices, azimuth offset {offset:g}°; torch and "
-        f"onnxruntime differ by at most {manifest.parity[worst]:.1e} ({worst}); model {manifest.identity[:12]}"
-    )
-    if manifest.held_out is None:
-        print("no held-out pictures: the service will give no out-of-class score; name a folder of them with --images")
+    for line in _told(options.output, manifest):
+        print(line)
     return 0
+
+
+def _exported(options: ExportOptions) -> Manifest:
+    if options.checkpoint is None:
+        raise ConfigError("expected one of --checkpoint and --bundle, found neither; name what is to be exported")
+    metrics = _read_metrics(options.metrics) if options.metrics is not None else {}
+    offset = math.radians(_offset_degrees(options, metrics))
+    checkpoint = load_checkpoint(options.checkpoint)
+    held_out = _read_files(options.images, checkpoint.model.width, checkpoint.model.height)
+    return export(checkpoint, options.output, offset, metrics, held_out=held_out, precision=options.precision)
+
+
+def _repacked(options: ExportOptions) -> Manifest:
+    if options.checkpoint is not None:
+        raise ConfigError("expected one of --checkpoint and --bundle, found both; name one of them")
+    if options.metrics is not None or options.azimuth_offset_degrees is not None:
+        raise ConfigError(
+            "expected neither --metrics nor --azimuth-offset-degrees with --bundle, found one; a bundle has its own"
+        )
+    if options.precision == "float32":
+        raise ConfigError("expected --precision float16 or int8 with --bundle, found float32, which the bundle has")
+    bundle = float32_bundle(cast(Path, options.bundle))
+    size = bundle.manifest.picture
+    held_out = _read_files(options.images, size.width, size.height)
+    return repack(bundle, options.output, options.precision, held_out)
+
+
+def _told(output: Path, manifest: Manifest) -> Iterator[str]:
+    """What there is to say of a bundle that was written."""
+    worst = max(manifest.parity, key=lambda name: manifest.parity[name])
+    yield (
+        f"{output}: {manifest.category}, {manifest.vertices} vertices, azimuth offset "
+        f"{manifest.azimuth_offset_degrees:g}°; torch and onnxruntime differ by at most "
+        f"{manifest.parity[worst]:.1e} ({worst}); model {manifest.identity[:12]}"
+    )
+    parsimony, precision = manifest.parsimony, manifest.precision
+    if parsimony is not None:
+        gone = parsimony.trained_latent - manifest.latent
+        blocks = ", ".join(parsimony.removed_blocks) or "no block"
+        yield f"left out: {gone} of {parsimony.trained_latent} numbers of the shape code; {blocks}"
+    if precision is not None:
+        shape, agreement = precision.deviations["shape_mean"], precision.agreement["azimuth"]
+        yield (
+            f"{precision.encoder}: the most probable azimuth bin is that of float32 for {agreement:.1%} of "
+            f"{precision.pictures} pictures, the shape code differs by {shape.mean:.1e} on average"
+        )
+    if manifest.held_out is None:
+        yield "no held-out pictures: the service will give no out-of-class score; name a folder of them with --images"
 
 
 def _offset_degrees(options: ExportOptions, metrics: dict[str, JsonValue]) -> float:
@@ -86,10 +135,11 @@ def _read_metrics(path: Path) -> dict[str, JsonValue]:
     return content
 
 
-def _read_pictures(folder: Path, checkpoint: Checkpoint) -> list[bytes]:
+def _read_files(folder: Path | None, width: int, height: int) -> list[bytes]:
     """The files of a folder's pictures that can be used."""
-    model = checkpoint.model
-    return [(folder / name).read_bytes() for name in load_image_folder(folder, model.width, model.height).names]
+    if folder is None:
+        return []
+    return [(folder / name).read_bytes() for name in load_image_folder(folder, width, height).names]
 
 
 def _refuse_constant(name: str) -> float:

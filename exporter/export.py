@@ -1,7 +1,6 @@
-"""From a checkpoint to a bundle: graphs, proof, manifest, probe, and only then the directory."""
+"""From a checkpoint to a bundle: what carries something becomes graphs, proven to say the same, with a manifest."""
 
 import hashlib
-import io
 import json
 import math
 from collections.abc import Sequence
@@ -9,21 +8,19 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from pydantic import JsonValue, ValidationError
 
+from exporter.assembly import Parts, write_bundle
 from exporter.conversion import to_onnx
 from exporter.errors import ExportError
 from exporter.examples import random_pictures, random_shape_codes
 from exporter.graphs import DecoderGraph, EncoderGraph, exported_bin_centres, exported_light_bin_centres
-from exporter.held_out import measure_held_out
-from exporter.parity import BEST_BINS, measure_parity, run_onnx, top_margin
-from exporter.publication import published
-from service.bundle import MANIFEST_FILE, read_bundle
-from service.errors import BundleError
-from service.inference import load_engine
+from exporter.held_out import read_pictures
+from exporter.parity import measure_parity
+from exporter.precision import Graphs, PrecisionName
+from exporter.publication import check_replaceable
+from exporter.slimming import slimmed
 from service.manifest import (
     DECODER_FILE,
     DECODER_INPUT,
@@ -33,22 +30,18 @@ from service.manifest import (
     ENCODER_OUTPUTS,
     FORMAT_VERSION,
     LIGHT_OUTPUTS,
-    PROBE_FILE,
     Block,
     Camera,
     Conventions,
     Light,
     Manifest,
     Picture,
-    encode_manifest,
     model_identity,
 )
+from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
 
 PARITY_BATCHES: Final = (1, 2, 5, 16)
-PROBE_BATCH: Final = 2
-
-Array = NDArray[np.float32]
 
 
 def export(
@@ -58,37 +51,31 @@ def export(
     metrics: dict[str, JsonValue],
     seed: int = 0,
     held_out: Sequence[bytes] = (),
+    precision: PrecisionName = "float32",
 ) -> Manifest:
     """Writes a checkpoint's model as a bundle to the directory `output`, and returns its manifest.
 
     `azimuth_offset` is δ of `exporter.graphs`, radians; `metrics` are the judge's figures; `seed` draws the inputs of
-    parity and probe; `held_out` are files of pictures that were not trained on, if there are any. What is written has
-    been read and proven by the service's own reader.
+    parity and probe; `held_out` are files of pictures that were not trained on, if there are any. What carries nothing
+    is left out (`exporter.slimming`). What is written has been read and proven by the service's own reader.
 
     Raises:
-        ExportError: `output` is something else than a bundle, torch and onnxruntime disagree, too few of the held-out
-            pictures can be used, or the service would refuse the bundle; nothing is written.
+        ExportError: torch and onnxruntime disagree; or as `write_bundle` does. Nothing is written.
         StorageError: the disk is full, or cannot be written; nothing is left half-written.
     """
-    with published(output) as staging:
-        manifest, files = _build(checkpoint, azimuth_offset, metrics, torch.Generator().manual_seed(seed))
-        for name, content in {**files, MANIFEST_FILE: encode_manifest(manifest)}.items():
-            (staging / name).write_bytes(content)
-        try:
-            engine = load_engine(read_bundle(staging))
-            if held_out:
-                manifest = replace(manifest, held_out=measure_held_out(engine, held_out))
-                (staging / MANIFEST_FILE).write_bytes(encode_manifest(manifest))
-                read_bundle(staging)
-        except BundleError as error:
-            raise ExportError(f"the service would refuse this bundle, so it was not written: {error}") from error
-    return manifest
+    check_replaceable(output.absolute())
+    model, camera = checkpoint.model.cpu().eval(), checkpoint.scene.camera
+    pictures = read_pictures(held_out, model.width, model.height, camera.distance, camera.field_of_view_degrees)
+    slim, parsimony = slimmed(model, pictures, torch.Generator().manual_seed(seed))
+    generator = torch.Generator().manual_seed(seed)
+    graphs, parity = _graphs(slim, azimuth_offset, generator)
+    manifest = _manifest(replace(checkpoint, model=slim), azimuth_offset, metrics, parity, graphs)
+    parts = Parts(replace(manifest, parsimony=parsimony), graphs)
+    return write_bundle(parts, output, precision, held_out, pictures, generator)
 
 
-def _build(
-    checkpoint: Checkpoint, azimuth_offset: float, metrics: dict[str, JsonValue], generator: torch.Generator
-) -> tuple[Manifest, dict[str, bytes]]:
-    model = checkpoint.model.cpu().eval()
+def _graphs(model: Model, azimuth_offset: float, generator: torch.Generator) -> tuple[Graphs, dict[str, float]]:
+    """The two graphs of a model, and the largest difference between torch and onnxruntime per output."""
     width, height, latent = model.width, model.height, model.config.latent
     pictures = [random_pictures(batch, height, width, generator) for batch in PARITY_BATCHES]
     shape_codes = [random_shape_codes(batch, latent, generator) for batch in PARITY_BATCHES]
@@ -100,31 +87,7 @@ def _build(
         **measure_parity(encoder_module, encoder, pictures, outputs),
         **measure_parity(decoder_module, decoder, shape_codes, DECODER_OUTPUTS),
     }
-    files = {
-        ENCODER_FILE: encoder,
-        DECODER_FILE: decoder,
-        PROBE_FILE: _probe(encoder, outputs, decoder, pictures[-1], shape_codes[-1]),
-    }
-    return _manifest(checkpoint, azimuth_offset, metrics, parity, files), files
-
-
-def _probe(
-    encoder: bytes, names: tuple[str, ...], decoder: bytes, pictures: torch.Tensor, shape_codes: torch.Tensor
-) -> bytes:
-    """The clearest pictures and the first shape codes, with what the graphs make of them, as .npz."""
-    outputs = run_onnx(encoder, pictures, names)
-    # A picture between two bins would be answered by either on another machine.
-    margins = [top_margin(outputs[bins]) for angle, bins in BEST_BINS.items() if angle in names]
-    clearest = np.argsort(-np.min(margins, axis=0))[:PROBE_BATCH]
-    arrays: dict[str, Array] = {
-        ENCODER_INPUT: pictures.numpy()[clearest],
-        **{name: output[clearest] for name, output in outputs.items()},
-        DECODER_INPUT: shape_codes.numpy()[:PROBE_BATCH],
-        **run_onnx(decoder, shape_codes[:PROBE_BATCH], DECODER_OUTPUTS),
-    }
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **{name: np.ascontiguousarray(a) for name, a in arrays.items()})
-    return buffer.getvalue()
+    return Graphs(encoder, decoder), parity
 
 
 def without_paths(value: Any) -> Any:
@@ -139,10 +102,11 @@ def _manifest(
     azimuth_offset: float,
     metrics: dict[str, JsonValue],
     parity: dict[str, float],
-    files: dict[str, bytes],
+    graphs: Graphs,
 ) -> Manifest:
     model, scene = checkpoint.model, checkpoint.scene
     faces = tuple((int(a), int(b), int(c)) for a, b, c in model.faces.tolist())
+    files = {ENCODER_FILE: graphs.encoder, DECODER_FILE: graphs.decoder}
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
     training = {"step": checkpoint.step, "run": without_paths(checkpoint.run), "config": asdict(checkpoint.config)}
     try:

@@ -4,8 +4,11 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from jaxtyping import Float32
+from numpy import ndarray
 
 from exporter.errors import ExportError
+from imaging.preparation import Prepared
 from service.errors import ImageError
 from service.explanation import unexplained
 from service.image import read_picture
@@ -15,6 +18,15 @@ from trainer.data.decoding import MOST_PIXELS
 
 LEAST_PICTURES: Final = 20
 """Of fewer, nobody knows which error one in twenty exceeds."""
+
+
+def read_pictures(
+    files: Sequence[bytes], width: int, height: int, distance: float, field_of_view_degrees: float
+) -> Float32[ndarray, "N 3 {height} {width}"]:
+    """Picture files as the service gives them to the encoder; those that cannot be used are left out."""
+    prepared = [_prepared(content, width, height, distance, field_of_view_degrees, True) for content in files]
+    pictures = [one.picture for one in prepared if one is not None]
+    return np.stack(pictures) if pictures else np.zeros((0, 3, height, width), np.float32)
 
 
 def measure_held_out(engine: Engine, files: Sequence[bytes]) -> HeldOut:
@@ -38,22 +50,21 @@ def measure_held_out(engine: Engine, files: Sequence[bytes]) -> HeldOut:
 def _error(engine: Engine, content: bytes, keep_framed: bool) -> float | None:
     """The error of one picture; None where it cannot be read, or is not framed although it should be."""
     size, camera = engine.manifest.picture, engine.manifest.camera
-    try:
-        prepared = read_picture(
-            content,
-            size.width,
-            size.height,
-            MOST_PIXELS,
-            camera.distance,
-            camera.field_of_view_degrees,
-            keep_framed,
-        )
-    except ImageError:
-        return None
-    if keep_framed and prepared.method != "framed":
+    prepared = _prepared(content, size.width, size.height, camera.distance, camera.field_of_view_degrees, keep_framed)
+    if prepared is None or (keep_framed and prepared.method != "framed"):
         return None
     posterior = encode(engine, prepared.picture)
     return unexplained(engine, prepared, posterior, decode(engine, posterior.shape_mean))
+
+
+def _prepared(
+    content: bytes, width: int, height: int, distance: float, field_of_view_degrees: float, keep_framed: bool
+) -> Prepared | None:
+    """A picture as the service prepares it; None where it cannot be used."""
+    try:
+        return read_picture(content, width, height, MOST_PIXELS, distance, field_of_view_degrees, keep_framed)
+    except ImageError:
+        return None
 
 
 def _errors(found: Sequence[float]) -> Errors | None:

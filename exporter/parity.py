@@ -1,4 +1,4 @@
-"""Proof that torch and onnxruntime say the same."""
+"""Proof that torch and onnxruntime say the same; and how far graphs of lower precision are from it."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from exporter.errors import ExportError
+from service.thrift import Deviation
 
 LARGEST_ERROR: Final = 1e-4
 """Largest difference that is still rounding: vertices are in diagonals of the object, angles in radians."""
@@ -67,12 +68,33 @@ def measure_parity(
 def _difference(name: str, expected: Mapping[str, Array], found: Mapping[str, Array]) -> float:
     if expected[name].shape != found[name].shape:
         return math.inf
-    difference = np.abs(expected[name] - found[name])
-    if name == "azimuth":
-        difference = np.minimum(difference, np.abs(2 * math.pi - difference))
+    difference = _distances(name, expected, found)
     if name in BEST_BINS:
         difference = difference[top_margin(expected[BEST_BINS[name]]) > _TIE]
     return float(difference.max(initial=0.0))
+
+
+def _distances(name: str, expected: Mapping[str, Array], found: Mapping[str, Array]) -> Array:
+    difference: Array = np.abs(expected[name] - found[name])
+    return np.minimum(difference, np.abs(2 * math.pi - difference)) if name == "azimuth" else difference
+
+
+def measure_deviations(
+    reference: bytes, graph: bytes, example: Tensor, names: Sequence[str]
+) -> tuple[dict[str, Deviation], dict[str, float]]:
+    """How far a graph's outputs are from those of its reference; and, by angle, the share of examples whose most
+    probable bin is the same. Angles are compared where it is."""
+    expected, found = run_onnx(reference, example, names), run_onnx(graph, example, names)
+    same = {
+        angle: expected[bins].argmax(1) == found[bins].argmax(1) for angle, bins in BEST_BINS.items() if angle in names
+    }
+    deviations = {}
+    for name in names:
+        distances = _distances(name, expected, found)
+        compared = distances[same[name]] if name in same else distances
+        largest, mean = (float(compared.max()), float(compared.mean())) if compared.size else (0.0, 0.0)
+        deviations[name] = Deviation(largest, mean)
+    return deviations, {angle: float(agreeing.mean()) for angle, agreeing in same.items()}
 
 
 def top_margin(probabilities: Array) -> Array:

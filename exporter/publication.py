@@ -24,7 +24,7 @@ def published(target: Path) -> Iterator[Path]:
         StorageError: the disk is full, or cannot be written.
     """
     target = target.absolute()
-    _check_replaceable(target)
+    check_replaceable(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=f".{target.name}.", suffix=".partial", dir=target.parent))
@@ -42,7 +42,8 @@ def published(target: Path) -> Iterator[Path]:
         shutil.rmtree(staging, ignore_errors=True)
 
 
-def _check_replaceable(target: Path) -> None:
+def check_replaceable(target: Path) -> None:
+    """Raises ExportError where something other than a bundle is at `target`."""
     if not target.exists():
         return
     found = {path.name for path in target.iterdir()} if target.is_dir() else {"a file"}

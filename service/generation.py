@@ -12,6 +12,7 @@ from service.errors import ShapeCodeError
 from service.findings import Origin, report_shape
 from service.glb import write_glb, write_row_glb
 from service.inference import Array, Engine, decode, sample_shape_code
+from service.manifest import Manifest
 from service.overlay import objects_png
 from service.report import InterpolationReport
 
@@ -26,7 +27,7 @@ def sample(engine: Engine, seed: int, temperature: float = 1.0, azimuth: float =
     Raises:
         InferenceError: the model gave something that is no mesh.
     """
-    code = sample_shape_code(seed, engine.manifest.latent, temperature)
+    code = sampled_code(engine.manifest, seed, temperature)
     return _made(engine, code, Origin(seed=seed, temperature=temperature), azimuth, form)
 
 
@@ -38,7 +39,7 @@ def sample_together(engine: Engine, seeds: Sequence[int], temperature: float, az
     """
     started = perf_counter()
     manifest = engine.manifest
-    codes = [sample_shape_code(seed, manifest.latent, temperature) for seed in seeds]
+    codes = [sampled_code(manifest, seed, temperature) for seed in seeds]
     surfaces = [decode(engine, code) for code in codes]
     decoded = perf_counter()
     reports = tuple(
@@ -52,6 +53,16 @@ def sample_together(engine: Engine, seeds: Sequence[int], temperature: float, az
         content = write_row_glb(surfaces, [f"sample {seed}" for seed in seeds], manifest, azimuth, extras)
     seconds = {"decoder": decoded - started, form: perf_counter() - decoded}
     return Gallery(content, reports, milliseconds(seconds))
+
+
+def sampled_code(manifest: Manifest, seed: int, temperature: float) -> Array:
+    """The shape code of a seed [Z]: of the trained model's, the numbers that the bundle keeps. A seed stays the same
+    object whatever the exporter left out."""
+    if manifest.parsimony is None:
+        return sample_shape_code(seed, manifest.latent, temperature)
+    whole = sample_shape_code(seed, manifest.parsimony.trained_latent, temperature)
+    kept: Array = whole[list(manifest.parsimony.latent)]
+    return kept
 
 
 def consecutive(seed: int, count: int) -> list[int]:
@@ -103,7 +114,7 @@ def interpolate(
     Raises:
         InferenceError: the model gave something that is no mesh.
     """
-    start, end = (sample_shape_code(seed, engine.manifest.latent, temperature) for seed in (from_seed, to_seed))
+    start, end = (sampled_code(engine.manifest, seed, temperature) for seed in (from_seed, to_seed))
     code = ((1 - t) * start + t * end).astype(np.float32)
     return _made(engine, code, Origin(None, temperature, InterpolationReport(from_seed, to_seed, t)), azimuth, form)
 

@@ -9,10 +9,12 @@ from collections.abc import Mapping
 from typing import Annotated, Final, Literal
 
 import pydantic_core
-from pydantic import ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
+from pydantic import Field, JsonValue, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from service.errors import BundleError
+from service.fields import STRICT, Count, Degrees, Digest, Elevation, Index, Name, Side
+from service.thrift import Parsimony, Precision
 
 FORMAT_VERSION: Final = 1
 ENCODER_FILE: Final = "encoder.onnx"
@@ -34,20 +36,11 @@ LIGHT_OUTPUTS: Final = ("light_probabilities", "light_fine_mean", "light_fine_de
 DECODER_INPUT: Final = "shape_codes"
 DECODER_OUTPUTS: Final = ("vertices", "normals")
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
-Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-Degrees = Annotated[float, Field(ge=-360, le=360)]
-Elevation = Annotated[float, Field(ge=-90, le=90)]
 Intensity = Annotated[float, Field(ge=0, le=100)]
 Colour = tuple[Intensity, Intensity, Intensity]
-Index = Annotated[int, Field(ge=0, le=10_000_000)]
-Count = Annotated[int, Field(ge=1, le=10_000_000)]
-Side = Annotated[int, Field(ge=8, le=4096)]
-
-_STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Conventions:
     """The conventions that graphs, manifest and GLB share. Another value is another format: it is refused."""
 
@@ -62,7 +55,7 @@ class Conventions:
     graph_angles: Literal["radians"] = "radians"
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Picture:
     """The picture that the encoder expects: float32 [B, 3, height, width]."""
 
@@ -74,7 +67,7 @@ class Picture:
     background: Literal["black"] = "black"
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Camera:
     """A perspective camera on the +Z side that looks at the origin; distance in bounding-box diagonals."""
 
@@ -83,7 +76,7 @@ class Camera:
     field_of_view_degrees: Annotated[float, Field(gt=0, lt=180)]
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Light:
     """A directional light, placed relative to the camera: azimuth 0 is the camera's side, 90 is +X."""
 
@@ -92,7 +85,7 @@ class Light:
     colour: Colour
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Block:
     """A part of the mesh: `face_count` consecutive faces from `first_face` on."""
 
@@ -101,7 +94,7 @@ class Block:
     face_count: Count
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Errors:
     """Re-render errors (`service.explanation`) of a model on pictures of its class that it has not been trained on."""
 
@@ -110,7 +103,7 @@ class Errors:
     """One in twenty is above this."""
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class HeldOut:
     """What a picture of the class costs the model, so that others can be told from it."""
 
@@ -121,7 +114,7 @@ class HeldOut:
     """Of pictures whose object was cut out and framed."""
 
 
-@dataclass(frozen=True, config=_STRICT)
+@dataclass(frozen=True, config=STRICT)
 class Manifest:
     """Everything that the service knows about a model beside its graphs."""
 
@@ -153,6 +146,10 @@ class Manifest:
     camera. None where the lights are fixed: the encoder then returns nothing about them."""
     held_out: HeldOut | None = None
     """None where the exporter had no pictures: no picture is then told from one of the class."""
+    parsimony: Parsimony | None = None
+    """None of a bundle from before the exporter left out what carries nothing."""
+    precision: Precision | None = None
+    """None where all weights are float32."""
 
 
 _ADAPTER = TypeAdapter(Manifest)
@@ -232,6 +229,8 @@ def _contradiction(manifest: Manifest) -> str | None:
     for errors in (held_out.framed, held_out.fitted) if held_out else ():
         if errors and not errors.median < errors.high:
             return f"held_out: expected a median below the high error, found {errors.median:g} and {errors.high:g}"
+    if manifest.parsimony and (fault := manifest.parsimony.contradiction(manifest.latent)):
+        return f"parsimony: {fault}"
     highest = max(max(face) for face in manifest.faces)
     if highest >= manifest.vertices:
         return f"faces should refer to vertices 0 to {manifest.vertices - 1}, found {highest}"

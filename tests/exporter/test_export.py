@@ -15,7 +15,7 @@ import onnxruntime
 import pytest
 import torch
 
-import exporter.export
+import exporter.assembly
 from exporter.conversion import to_onnx
 from exporter.errors import ExportError
 from exporter.export import export
@@ -184,7 +184,7 @@ def test_what_is_no_bundle_is_never_replaced(checkpoint: Checkpoint, tmp_path: P
 def test_a_bundle_that_the_service_would_refuse_is_not_written(
     checkpoint: Checkpoint, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exporter.export, "encode_manifest", lambda _: json.dumps({"format_version": 99}).encode())
+    monkeypatch.setattr(exporter.assembly, "encode_manifest", lambda _: json.dumps({"format_version": 99}).encode())
     with pytest.raises(ExportError, match=r"the service would refuse this bundle.* found 99"):
         export(checkpoint, tmp_path / "car", OFFSET, {})
     assert list(tmp_path.iterdir()) == []
