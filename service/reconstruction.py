@@ -10,6 +10,7 @@ from imaging.preparation import Prepared
 from service.answer import Answer, Form, milliseconds
 from service.errors import ImageError, StrangeImageError
 from service.explanation import MOST_STRANGE, category_probabilities, out_of_class_score, unexplained
+from service.exposure import Blocks, used_part
 from service.findings import View, report_reconstruction
 from service.glb import write_glb
 from service.image import check_pixels, read_picture
@@ -40,11 +41,12 @@ def reconstruct(
     form: Form = "glb",
     hypotheses: int = 3,
     effort: Effort = AS_ENCODED,
+    blocks: Blocks = "all",
 ) -> Answer:
     """The object in uploaded pictures, by the one of several models that explains them best, its answer refined.
 
     Scores and the choice of the model rest on what the encoder says: so do the figures that they are compared with. A
-    PNG shows the mesh over the first picture.
+    PNG shows the mesh over the first picture; a GLB holds all blocks of the object, or those that it uses.
 
     Raises:
         ImageError: an upload is no picture that can be read, or none of the models explains it.
@@ -74,7 +76,7 @@ def reconstruct(
         report = _report(best, told, hypotheses, gain)
         seconds["refine"] += perf_counter() - began
     began = perf_counter()
-    content = _glb(best, report) if form == "glb" else _png(best, contents[0], max_pixels)
+    content = _glb(best, report, blocks) if form == "glb" else _png(best, contents[0], max_pixels)
     seconds[form] += perf_counter() - began
     return Answer(content, report, milliseconds(seconds))
 
@@ -153,12 +155,15 @@ def _first_explained(reports: Iterator[tuple[Candidate, Report]]) -> tuple[Candi
     )
 
 
-def _glb(candidate: Candidate, report: Report) -> bytes:
+def _glb(candidate: Candidate, report: Report, blocks: Blocks) -> bytes:
     first, *others = candidate.posteriors
     light_azimuth = 0.0 if first.light is None else first.light.azimuth
+    surface, manifest = candidate.surface, candidate.engine.manifest
+    if blocks == "used":
+        surface, manifest = used_part(surface, manifest)
     return write_glb(
-        candidate.surface,
-        candidate.engine.manifest,
+        surface,
+        manifest,
         first.azimuth,
         to_jsonable_python(report),
         light_azimuth,

@@ -81,6 +81,13 @@ UPLOAD: Final[dict[str, Any]] = {
                             "description": "Iterations in which shape, pose and light follow the pictures, a few "
                             "milliseconds each.",
                         },
+                        "blocks": {
+                            "type": "string",
+                            "enum": ["all", "used"],
+                            "default": "all",
+                            "description": "Of a model of blocks: whether a GLB holds those, too, that other blocks "
+                            "hide or that are next to nothing.",
+                        },
                     },
                 }
             }

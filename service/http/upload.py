@@ -8,6 +8,7 @@ from fastapi import Request
 from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
+from service.exposure import Blocks
 from service.http.problem import HttpError
 
 AUTOMATIC: Final = "auto"
@@ -16,7 +17,7 @@ MOST_PICTURES: Final = 16
 MOST_HYPOTHESES: Final = 360
 MOST_ITERATIONS: Final = 50
 
-_FIELDS: Final = ("image", "category", "hypotheses", "refine")
+_FIELDS: Final = ("image", "category", "hypotheses", "refine", "blocks")
 _ADVICE: Final = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
 
 
@@ -30,6 +31,8 @@ class Upload:
     """How many turns to tell."""
     refine: int
     """Iterations of refinement."""
+    blocks: Blocks
+    """Which blocks of the object a GLB shall hold."""
 
 
 async def read_upload(request: Request, limit: int) -> Upload:
@@ -63,12 +66,13 @@ async def read_upload(request: Request, limit: int) -> Upload:
         unknown = sorted(set(form) - set(_FIELDS))
         if unknown:
             raise _invalid(
-                f"expected the fields image, category, hypotheses and refine, found {', '.join(unknown)[:80]}"
+                f"expected the fields image, category, hypotheses, refine and blocks, found {', '.join(unknown)[:80]}"
             )
         images = [await file.read() for file in _files(form)]
         hypotheses = _number(_text(form, "hypotheses"), "hypotheses", 1, MOST_HYPOTHESES, 3)
         refine = _number(_text(form, "refine"), "refine", 0, MOST_ITERATIONS, 0)
-        return Upload(tuple(images), _text(form, "category") or None, hypotheses, refine)
+        blocks = _blocks(_text(form, "blocks"))
+        return Upload(tuple(images), _text(form, "category") or None, hypotheses, refine, blocks)
     finally:
         await form.close()
 
@@ -100,6 +104,16 @@ def _number(text: str, name: str, lowest: int, highest: int, absent: int) -> int
     if not (known and lowest <= int(text) <= highest):
         raise _invalid(f"expected {name} from {lowest} to {highest}, found “{text[:40]}”")
     return int(text)
+
+
+def _blocks(text: str) -> Blocks:
+    match text:
+        case "" | "all":
+            return "all"
+        case "used":
+            return "used"
+        case _:
+            raise _invalid(f"expected blocks to be all or used, found “{text[:40]}”")
 
 
 def _invalid(sentence: str) -> HttpError:

@@ -185,7 +185,9 @@ def test_wrong_fields_are_named(client: httpx.Client, picture: bytes) -> None:
     many = [("image", ("a", picture))] * 17
     assert "Too many files" in problem(client.post("/reconstruct", files=many), 422, "invalid-form")
     stranger = client.post("/reconstruct", files={"picture": ("a", picture)})
-    assert "expected the fields image, category, hypotheses and refine, found picture" in problem(stranger, 422, "invalid-form")
+    assert "expected the fields image, category, hypotheses, refine and blocks, found picture" in problem(
+        stranger, 422, "invalid-form"
+    )
     twice = client.post("/reconstruct", files={"image": ("a", picture)}, data={"category": ["car", "car"]})
     assert "expected one category at most, found 2" in problem(twice, 422, "invalid-form")
     as_file = client.post("/reconstruct", files={"image": ("a", picture), "category": ("a", b"car")})
@@ -194,6 +196,18 @@ def test_wrong_fields_are_named(client: httpx.Client, picture: bytes) -> None:
     assert "found a field without a file name" in problem(half, 422, "invalid-form")
     category = client.post("/reconstruct", files={"category": ("a", b"car")})
     assert "expected a file named image" in problem(category, 422, "invalid-form")
+
+
+@pytest.mark.parametrize("blocks", ["some", "USED", "0", "used "])
+def test_other_blocks_than_all_or_used_are_422(client: httpx.Client, picture: bytes, blocks: str) -> None:
+    detail = problem(post(client, picture, blocks=blocks), 422, "invalid-form")
+    assert f"expected blocks to be all or used, found “{blocks}”" in detail
+
+
+def test_an_object_of_one_part_uses_it(client: httpx.Client, picture: bytes) -> None:
+    whole, used, absent = (post(client, picture, **data) for data in ({"blocks": "all"}, {"blocks": "used"}, {}))
+    assert whole.status_code == 200
+    assert len(whole.content) == len(used.content) == len(absent.content)
 
 
 @pytest.mark.parametrize("hypotheses", ["0", "361", "-1", "two", "1.5", "٣", "9" * 400, "00000000199999", " 3"])
