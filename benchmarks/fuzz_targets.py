@@ -55,7 +55,8 @@ def _read_picture(content: bytes) -> None:
 
 
 def _bundle_reader(file: str, folder: Path) -> Target:
-    """Reads and loads a bundle, one of whose files has some content; its manifest tells the digests that they have."""
+    """Reads a bundle, one of whose files has some content, and loads it where that is a graph; its manifest tells the
+    digests that the files have."""
     whole = bundle()
     for name, content in whole.items():
         (folder / name).write_bytes(content)
@@ -65,7 +66,9 @@ def _bundle_reader(file: str, folder: Path) -> Target:
         if file != MANIFEST_FILE:
             (folder / MANIFEST_FILE).write_bytes(sealed({**{name: whole[name] for name in DATA_FILES}, file: content}))
         try:
-            load_engine(read_bundle(folder))
+            found = read_bundle(folder)
+            if file in (ENCODER_FILE, DECODER_FILE):
+                load_engine(found)
         except BundleError:
             return
 
