@@ -15,7 +15,7 @@ from trainer.evaluation.subject import Subject, from_checkpoint
 from trainer.frontier.accuracy import Run, evaluation_of, judged
 from trainer.frontier.bundles import exported
 from trainer.frontier.costs import Architecture, Cost, architecture_of, costs_of
-from trainer.frontier.plan import Plan, Point
+from trainer.frontier.plan import DEFAULT, Plan, Point
 from trainer.frontier.refinement import refinement_ms
 from trainer.frontier.report import Machine, Report, measured
 from trainer.frontier.trainings import Trained, trained_points
@@ -27,7 +27,7 @@ from trainer.training.checkpoint import load_checkpoint
 def measure(plan: Plan, study: Study, budget: str) -> Report:
     """A report on the points whose trainings are done.
 
-    What cannot be exported or judged is left out, and the report says why.
+    What cannot be exported or judged is left out, and the report says why. Raises DataError where that is the default.
     """
     there: list[tuple[Trained, list[Run], float]] = []
     bundles: dict[Architecture, Path] = {}
@@ -46,6 +46,11 @@ def measure(plan: Plan, study: Study, budget: str) -> Report:
             there.append((trained, runs, _refinement_ms(study, cells[0], *subjects[0])))
         except DataError as error:
             skipped.append(f"{trained.point.choice.name}, {trained.category}: {error}")
+    for category in {trained.category for trained, _, _ in there}:
+        if not any((t.point.choice.name, t.category) == (DEFAULT, category) for t, _, _ in there):
+            raise DataError(
+                f"Expected the point {DEFAULT} of {category}, which others are compared with, found: {skipped}"
+            )
     costs = costs_of(bundles, study.root)
     points = tuple(
         measured(trained.point, trained.category, runs, _dearer(costs[architecture_of(trained.point)], added))

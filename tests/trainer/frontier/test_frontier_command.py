@@ -24,10 +24,11 @@ title = "The default"
 points = [{ name = "default", label = "default", changes = { CHANGES }, seeds = [0, 1] }]
 
 [[factors]]
-name = "latent"
-title = "Latent size"
-default = "z of 12"
-points = [{ name = "latent-3", label = "z of 3", changes = { CHANGES, model.latent = 3 } }]
+name = "refine"
+title = "Refinement"
+cost = "latency_ms"
+default = "none"
+points = [{ name = "refine-1", label = "1 refinement", changes = { CHANGES }, refine = 1 }]
 
 [[factors]]
 name = "steps"
@@ -46,7 +47,7 @@ def test_a_frontier_is_made_and_nothing_is_made_twice(tmp_path: Path, capsys: py
     plan.write_text(TINY)
     command = ["frontier", "--budget", plan, "--output", out, "--report", docs, "--workers", "1"]
     status, told, _ = answer(capsys, *command, "--dry-run")
-    assert (status, told.count("train ")) == (0, 4)
+    assert (status, told.count("train ")) == (0, 3)
     assert not out.exists()
 
     docs.mkdir()
@@ -55,11 +56,15 @@ def test_a_frontier_is_made_and_nothing_is_made_twice(tmp_path: Path, capsys: py
     assert status == 0, errors
     report = read_report(docs)
     assert [(point.name, point.steps, len(point.runs)) for point in report.points] == [
-        ("default", 3, 2), ("latent-3", 3, 1), ("steps-5", 5, 1),
+        ("default", 3, 2), ("refine-1", 3, 1), ("steps-5", 5, 1),
     ]  # fmt: skip
-    default, small, longer = report.points
-    assert small.parameters_thousands < default.parameters_thousands
-    assert small.multiply_adds_millions < default.multiply_adds_millions
+    default, refined, longer = report.points
+    # The same training, answered with more patience.
+    assert refined.training_minutes == default.runs[0].minutes
+    assert refined.latency_ms > default.latency_ms
+    assert refined.iou != default.runs[0].iou
+    assert (out / "tiny/runs/quick/car").is_dir()
+    assert {folder.name for folder in (out / "tiny/runs/quick/car").iterdir()} == {"default", "steps-5"}
     # What is the same graph costs the same, whatever its weights.
     assert longer.latency_ms == default.latency_ms > 0
     assert longer.bundle_mb == default.bundle_mb > 0
@@ -79,7 +84,7 @@ def test_a_frontier_is_made_and_nothing_is_made_twice(tmp_path: Path, capsys: py
     assert (out / "tiny/costs.json").read_bytes() == written
     assert (docs / "frontier.md").read_text() == page
     status, told, _ = answer(capsys, *command, "--dry-run")
-    assert told.count("done ") == 4
+    assert told.count("done ") == 3
 
     # A bundle that changes is timed again, and all others with it.
     changed = json.loads(written)
