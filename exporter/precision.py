@@ -1,7 +1,9 @@
 """Graphs of lower precision: weights stored as float16, or an encoder of 8-bit integers. Inputs and outputs are not."""
 
+import logging
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
@@ -67,7 +69,7 @@ def _quantised(encoder: bytes, calibration: Float32[ndarray, "N 3 H W"]) -> byte
     """
     model = onnx.load_from_string(encoder)
     heads = [node.name for node in model.graph.node if any(_HEADS in name for name in node.input)]
-    with tempfile.TemporaryDirectory() as directory:
+    with _without_advice(), tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "encoder.onnx"
         quantize_static(
             model,
@@ -82,6 +84,21 @@ def _quantised(encoder: bytes, calibration: Float32[ndarray, "N 3 H W"]) -> byte
             weight_type=QuantType.QInt8,
         )
         return path.read_bytes()
+
+
+@contextmanager
+def _without_advice() -> Iterator[None]:
+    """Keeps back onnxruntime's advice to fold constants and infer shapes first: torch's exporter has done so."""
+
+    def other(record: logging.LogRecord) -> bool:
+        return "pre-processing" not in record.getMessage()
+
+    root = logging.getLogger()
+    root.addFilter(other)
+    try:
+        yield
+    finally:
+        root.removeFilter(other)
 
 
 class _Pictures(CalibrationDataReader):  # type: ignore[misc]
