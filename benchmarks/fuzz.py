@@ -26,8 +26,8 @@ from benchmarks.machine import machine, versions
 PACKAGES = ("atheris", "pillow", "onnxruntime", "pydantic")
 SHARES: dict[Name, float] = {
     "pictures": 0.5,
-    "manifests": 0.3,
-    "probes": 0.18,
+    "manifests": 0.4,
+    "probes": 0.08,
     "encoders": 0.01,
     "decoders": 0.01,
 }

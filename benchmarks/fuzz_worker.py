@@ -14,7 +14,7 @@ import atheris
 INSTRUMENTED = ["imaging", "service", "PIL", "zipfile"]
 
 with atheris.instrument_imports(include=INSTRUMENTED):
-    from benchmarks.fuzz_mutation import mutator_of
+    from benchmarks.fuzz_mutation import mutator
     from benchmarks.fuzz_targets import Name, target_of
 
 
@@ -23,7 +23,7 @@ def main() -> None:
     target = target_of(cast(Name, name), Path(folder))
     # Beyond this, whatever asks for memory gets none: a fault, unless the reader refuses the file for it.
     resource.setrlimit(resource.RLIMIT_AS, (int(mebibytes) * 2**20,) * 2)
-    atheris.Setup([sys.argv[0], *options], target, custom_mutator=mutator_of(cast(Name, name), mutate))
+    atheris.Setup([sys.argv[0], *options], target, custom_mutator=mutator(mutate))
     atheris.Fuzz()
 
 
