@@ -20,6 +20,7 @@ COMMANDS = (
     "table",
     "select",
     "stability",
+    "frontier",
 )
 
 
@@ -56,6 +57,7 @@ def _width_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
         ("reconstruct", ["--images PATH", "--turntable, --no-turntable Also write an animation in which the shape"]),
         ("interpolate", ["PATH Picture of the object to begin with", "--steps INT How many shapes, 2 to 64"]),
         ("table", ["STR Which table. (required)", "--seeds", "(default: 0 1 2)", "--budget FLOAT Instead of --steps"]),
+        ("frontier", ["--budget STR Which points", "--report {None}|PATH", "--dry-run, --no-dry-run Only say"]),
     ],
 )
 def test_help_explains_every_option(capsys: pytest.CaptureFixture[str], command: str, phrases: list[str]) -> None:
