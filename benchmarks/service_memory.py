@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -45,9 +45,8 @@ def traced(service: Service, interval: float = 1.0) -> Iterator[MemoryTrace]:
         watcher.join()
 
 
-def summary(trace: MemoryTrace, requests: int) -> dict[str, Any]:
-    """The trace of a phase that made as many requests at a steady rate, with about twenty of its samples. Empty where
-    nothing was traced."""
+def summary(trace: MemoryTrace) -> dict[str, Any]:
+    """The trace of a phase, with about twenty of its samples. Empty where nothing was traced."""
     found = trace.mebibytes
     if not found:
         return {}
@@ -55,16 +54,16 @@ def summary(trace: MemoryTrace, requests: int) -> dict[str, Any]:
         "first_mebibytes": found[0],
         "last_mebibytes": found[-1],
         "most_mebibytes": max(found),
-        "mebibytes_per_100000_requests": growth(trace.seconds, found, requests),
         "mebibytes": found[:: max(1, len(found) // 20)],
     }
 
 
-def growth(seconds: Sequence[float], mebibytes: Sequence[float], requests: int) -> float | None:
+def growth(trace: MemoryTrace, requests: int) -> float | None:
     """The slope of the line through all samples after the first tenth, MiB per 100,000 requests, where `requests` were
     made evenly from the first sample to the last; None where there are too few samples for a line."""
-    settled = np.array(seconds) > seconds[0] + SETTLING * (seconds[-1] - seconds[0])
+    seconds, mebibytes = np.array(trace.seconds), np.array(trace.mebibytes)
+    settled = seconds > SETTLING * seconds.max(initial=0)
     if settled.sum() < 3:
         return None
-    slope = np.polyfit(np.array(seconds)[settled], np.array(mebibytes)[settled], 1)[0]
-    return round(float(slope) * (seconds[-1] - seconds[0]) / requests * 100_000, 2)
+    slope = np.polyfit(seconds[settled], mebibytes[settled], 1)[0]
+    return round(float(slope) * float(seconds[-1] - seconds[0]) / requests * 100_000, 2)

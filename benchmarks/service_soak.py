@@ -20,7 +20,7 @@ from rich.console import Console
 from benchmarks.machine import machine, versions
 from benchmarks.service_flood import measure_flood
 from benchmarks.service_load import measure_service
-from benchmarks.service_memory import summary, traced
+from benchmarks.service_memory import growth, summary, traced
 from benchmarks.service_pictures import HEIGHT, WIDTH, Question, make_questions
 from benchmarks.service_process import PACKAGES, Service, memory_mebibytes, serving
 from service.catalogue import read_catalogue
@@ -117,17 +117,20 @@ def mixed_questions(service: Service, categories: tuple[str, ...], count: int) -
 def steady(
     service: Service, questions: list[Question], clients: int, seconds: float, requests: int | None = None
 ) -> dict[str, Any]:
-    """Clients that each ask as soon as they are answered, for as long or as often."""
+    """Clients that each ask as soon as they are answered, for as long, or as often; then also how memory grew."""
     with traced(service) as trace:
         measured = measure_service(service, questions, clients, seconds, requests)
-    return {"clients": clients, **measured, "memory": summary(trace, measured["requests"])}
+    found = {"clients": clients, **measured, "memory": summary(trace)}
+    if requests is not None:
+        found["mebibytes_per_100000_requests"] = growth(trace, measured["requests"])
+    return found
 
 
 def flooded(service: Service, questions: list[Question], rate: float, seconds: float, clients: int) -> dict[str, Any]:
     """Pictures at a fixed rate."""
     with traced(service) as trace:
         measured = measure_flood(service, questions, rate, seconds, clients)
-    return {"clients": clients, **measured, "memory": summary(trace, measured["offered"])}
+    return {"clients": clients, **measured, "memory": summary(trace)}
 
 
 if __name__ == "__main__":

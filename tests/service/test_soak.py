@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.service_load import outcome_of
-from benchmarks.service_memory import growth
+from benchmarks.service_memory import MemoryTrace, growth
 from benchmarks.service_pictures import Question, make_questions
 from benchmarks.service_process import Service, serving
 from benchmarks.service_soak import flooded, mixed_questions, steady
@@ -33,6 +33,7 @@ def test_many_clients_get_the_answers_to_their_own_pictures(service: Service, qu
     found = steady(service, questions, clients=16, seconds=math.inf, requests=240)
     assert found["requests"] == 240
     assert found["outcomes"] == {"right": 240}
+    assert "mebibytes_per_100000_requests" in found
     assert found["memory"]["most_mebibytes"] >= found["memory"]["first_mebibytes"] > 20
 
 
@@ -66,5 +67,6 @@ def test_a_wrong_answer_and_a_lost_one_are_told(service: Service, questions: lis
 def test_growth_is_the_slope_after_the_first_tenth() -> None:
     seconds = np.arange(0.0, 101.0)
     mebibytes = np.where(seconds <= 10, 7 * seconds, 200 + 0.02 * seconds)
-    assert growth(seconds.tolist(), mebibytes.tolist(), 50_000) == pytest.approx(4.0)
-    assert growth([0.0, 1.0], [1.0, 2.0], 10) is None
+    assert growth(MemoryTrace(seconds.tolist(), mebibytes.tolist()), 50_000) == pytest.approx(4.0)
+    assert growth(MemoryTrace([0.0, 1.0], [1.0, 2.0]), 10) is None
+    assert growth(MemoryTrace(), 10) is None
