@@ -129,8 +129,8 @@ def conditions(found: Mapping[str, Any]) -> str:
     time = f"{seconds / 60:g} minutes of a core in all" if seconds else "no limit of time"
     rungs = ", ".join(f"{rung['candidates']} to step {rung['step']}" for rung in found["rungs"])
     return (
-        f"Chosen: **{found['chosen']}**. {found['pictures']} pictures to train on, {found['held_out_pictures']} of "
-        f"{found['held_out_objects']} other objects held out; {recipe['width']} × {recipe['height']}, seed "
+        f"Chosen: **{found['chosen']}**. {found['pictures']} pictures to train on, {found['held_out_pictures']} "
+        f"pictures of {found['held_out_objects']} other objects held out; {recipe['width']} × {recipe['height']}, seed "
         f"{recipe['seed']}, {time}. Trained: {rungs}."
     )
 

@@ -52,7 +52,7 @@ def test_the_json_says_all_and_is_json() -> None:
 
 def test_the_page_is_read_off_the_json() -> None:
     page = as_markdown(found())
-    assert f"Chosen: **{SMALL.name}**. 90 pictures to train on, 8 of 8 other objects held out; 48 × 36, seed 0" in page
+    assert f"Chosen: **{SMALL.name}**. 90 pictures to train on, 8 pictures of 8 other objects held out; 48 × 36" in page
     assert "10 minutes of a core in all. Trained: 4 to step 250, 2 to step 500." in page
     assert "would have -200.00 ± 10.00." in page
     lines = table_lines(found())
