@@ -12,7 +12,8 @@ PORT ?= 8000
 # Headless rendering for the tests' outside opinion (pyrender).
 export PYOPENGL_PLATFORM := egl
 
-.PHONY: help install install-service demo models test test-tools check serve bench bench-render bench-service bench-training
+.PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
+	bench-parsimony bench-refinement bench-training
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -85,7 +86,23 @@ bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchm
 bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (benchmarks/service.json and .png; about 3 minutes)
 	$(BIN)/python -m benchmarks.service --models $(MODELS)
 
+bench-soak: $(VENV)/.bench  ## the service under load for long: 64 clients, twice its capacity, 100,000 requests (benchmarks/service_soak.json)
+	$(BIN)/python -m benchmarks.service_soak --models $(MODELS)
+
+bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost and save (docs/results/parsimony.json)
+	$(BIN)/python -m benchmarks.parsimony
+
+bench-refinement: install  ## what a longer look gains, for every model that ships (benchmarks/refinement.json; about 30 minutes)
+	$(BIN)/python -m benchmarks.refinement
+
 bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where the time goes (benchmarks/training.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.training
+
+BUDGET ?= full
+frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full about an hour of a core)
+	$(BIN)/python -m trainer frontier --budget $(BUDGET)
+
+stability: install  ## where models, trainings and the rasteriser break (out/stability; BUDGET=small takes minutes)
+	$(BIN)/python -m trainer stability --budget $(BUDGET)
 
 bench: bench-render bench-service bench-training  ## all benchmarks
