@@ -4,10 +4,10 @@ What is minimised is the negative log posterior that training ends with, in unit
 
     E(z, θ, λ) = ½ Σ_l 4^l ‖K_l (I(z, θ, λ) − x)‖²  +  ½ β ‖z‖²,
 
-summed over the pictures of an object, which share z. It is a sum of squares of about a dozen unknowns, so the steps are
-those of Levenberg and Marquardt, whose Jacobian is had by drawing each unknown's neighbours: no derivative of a renderer
-is needed, and whoever can draw can refine. Which of the coarse poses is followed downhill is decided first, as the
-E-step of training does: by all of their drawings, and by what the encoder says.
+summed over the pictures of an object, which share z. It is a sum of squares of about a dozen unknowns, so the steps
+are those of Levenberg and Marquardt, whose Jacobian is had by drawing each unknown's neighbours: no derivative of a
+renderer is needed, and whoever can draw can refine. Which of the coarse poses is followed downhill is decided first, as
+the E-step of training does: by all of their drawings, and by what the encoder says.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,6 @@
 """Training: batch → loss → Adam → checkpoint, until the steps are done or somebody stops it."""
 
 import math
-import time
 from collections.abc import Callable
 from contextlib import closing, nullcontext
 from dataclasses import replace
@@ -34,6 +33,7 @@ from trainer.training.checkpoint import (
     save_checkpoint,
 )
 from trainer.training.checks import check_intervals, check_pictures, check_processes, check_settings
+from trainer.training.clock import Clock
 from trainer.training.descent import descend
 from trainer.training.figures import figures_of
 from trainer.training.health import health_of
@@ -85,25 +85,20 @@ def train(
             f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
         )
     model, optimiser = _at(before, config)
-    start, seconds_before = (before.step, before.run["seconds"]) if before else (0, 0.0)
-    core_seconds_before = before.run.get("core_seconds", 0.0) if before else 0.0
+    start, clock = before.step if before else 0, Clock(before.run if before else {})
     geometry = fixed_geometry(model, scene, config.loss)
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     shown = source.shown()
     taking, first = stepping(model), processes.number() == 0
-    began, began_computing, step, skipped = time.monotonic(), time.process_time(), start, 0
+    step, skipped = start, 0
 
     def checkpoint() -> Checkpoint:
-        run: dict[str, Any] = provenance | {
-            "seconds": round(seconds_before + time.monotonic() - began, 2),
-            "core_seconds": round(core_seconds_before + time.process_time() - began_computing, 2),
-            "pictures": source.training,
-            "validation_pictures": source.validation,
-        }
+        pictures = {"pictures": source.training, "validation_pictures": source.validation}
+        run: dict[str, Any] = provenance | clock.told() | pictures
         return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run)
 
     with (
-        Journal(run_directory, config, start, seconds_before) if first else nullcontext() as journal,
+        Journal(run_directory, config, start, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
         closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as minibatches,
     ):
