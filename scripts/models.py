@@ -78,7 +78,8 @@ CARS = ("subdivision",)
 MODELS = (
     *(Model(category, category) for category in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
-    Model("car-white-light", "car", rig="white", candidates=CARS),
+    # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
+    Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
 )
 
 

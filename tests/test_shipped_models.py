@@ -12,15 +12,17 @@ from service.inference import decode, load_engine, sample_shape_code
 from trainer.data.shapes.catalogue import CATEGORIES
 
 MODELS = Path(__file__).parents[1] / "models"
+LIGHTS = MODELS.with_name("models-light")
 BUNDLES = sorted(path.parent for path in MODELS.glob("*/manifest.json"))
+IN_OTHER_LIGHTS = sorted(path.parent for path in LIGHTS.glob("*/manifest.json"))
 FIGURES: dict[str, Any] = json.loads((MODELS / "figures.json").read_text())
 
 
-@pytest.mark.parametrize("bundle", BUNDLES, ids=lambda bundle: bundle.name)
+@pytest.mark.parametrize("bundle", BUNDLES + IN_OTHER_LIGHTS, ids=lambda bundle: bundle.name)
 def test_a_bundle_works_and_has_the_figures_that_are_published(bundle: Path) -> None:
     engine = load_engine(read_bundle(bundle))  # which asks the graphs for what the bundle says they answer
     manifest, published = engine.manifest, FIGURES[bundle.name]
-    assert manifest.category == bundle.name
+    assert manifest.category == bundle.name.split("-")[0]
     assert manifest.metrics["iou"] == published["test"]["iou"]
     assert manifest.training["config"]["model"]["parameterisation"] == published["parameterisation"]
     assert f"--optimiser.steps {manifest.training['step']} " in published["command"]
@@ -40,12 +42,21 @@ def test_the_service_takes_all_of_them_together() -> None:
     assert sum(file.stat().st_size for file in MODELS.rglob("*")) < 40e6
 
 
+def test_all_that_is_promised_is_there() -> None:
+    assert [bundle.name for bundle in BUNDLES] == sorted(CATEGORIES)
+    assert [bundle.name for bundle in IN_OTHER_LIGHTS] == ["car-varying-light", "car-white-light"]
+    varying, white = (read_bundle(bundle).manifest for bundle in IN_OTHER_LIGHTS)
+    assert varying.light_bin_centres_degrees
+    assert not white.light_bin_centres_degrees
+    assert len(white.lights) == 1
+
+
 def test_the_page_lists_what_is_there() -> None:
     assert sorted(name for name in FIGURES if not name.startswith("car-")) == [bundle.name for bundle in BUNDLES]
     page = (MODELS / "README.md").read_text()
     for name, figures in FIGURES.items():
         assert f"| {name} | {figures['parameterisation']} | {figures['test']['iou']:.2f} |" in page
         assert figures["command"] in page
-        folder = MODELS if name in CATEGORIES else MODELS.with_name("models-light")
+        folder = MODELS if name in CATEGORIES else LIGHTS
         assert (folder / f"{name}.png").stat().st_size > 10_000
         assert (folder / f"{name}-samples.png").stat().st_size > 10_000
