@@ -86,9 +86,8 @@ def train(
         )
     model, optimiser = _at(before, config)
     start, clock = before.step if before else 0, Clock(before.run if before else {})
-    geometry = fixed_geometry(model, scene, config.loss)
+    geometry, shown = fixed_geometry(model, scene, config.loss), source.shown()
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
-    shown = source.shown()
     taking, first = stepping(model), processes.number() == 0
     step, skipped = start, 0
 
