@@ -3,6 +3,7 @@
 `results` are those of stability.json throughout.
 """
 
+import re
 from collections.abc import Sequence
 
 from trainer.errors import ConfigError
@@ -60,12 +61,14 @@ def filled(template: str, results: Results) -> str:
     Raises ConfigError where one of them is not there.
     """
     try:
-        return template.format(tables=tables_of(results), **results)
+        text = template.format(tables=tables_of(results), **results)
     except (KeyError, IndexError, ValueError, TypeError) as error:
         raise ConfigError(
             f"Expected a page whose {{…}} name figures of stability.json, found {type(error).__name__}: {error}. "
             "Correct the page, or examine what it tells of: all its models, and all parts."
         ) from error
+    # Python writes percents without a space.
+    return re.sub(r"(?<=\d)%", " %", text)
 
 
 def _trainings(trainings: Results) -> str:

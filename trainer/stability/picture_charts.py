@@ -105,7 +105,7 @@ def risk_chart(models: Results) -> Figure:
         axis.set_xlim(0, 1)
     axes[0].set_ylabel("risk: share of these with an azimuth error > 30°")
     axes[0].legend(fontsize=8)
-    figure.suptitle("What answering less is worth, over untouched and damaged pictures")
+    figure.suptitle("What answering less is worth: all pictures")
     return figure
 
 
@@ -174,6 +174,6 @@ def others_chart(models: Results) -> Figure:
         axis.set_xlabel("share of pictures")
         axis.set_title(f"asked: the model of the class {name}", fontsize=10)
     handles, names = axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
+    figure.legend(handles, names, loc="outside lower center", ncols=3 if len(models) > 1 else 1)
     figure.suptitle("Pictures of other classes, by the class that they show")
     return figure

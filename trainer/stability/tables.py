@@ -13,6 +13,7 @@ def clean_table(models: Results) -> str:
     """Each model on untouched pictures, and under how many conditions it breaks."""
     titles = [
         "model",
+        "pictures",
         "IoU",
         "within 30°",
         "median error",
@@ -29,6 +30,7 @@ def clean_table(models: Results) -> str:
         rows.append(
             [
                 name,
+                str(clean["pictures"]),
                 number(clean["iou"]),
                 number(clean["symmetric_azimuth_accuracy"]),
                 f"{clean['symmetric_azimuth_error_degrees']:.1f}°",
