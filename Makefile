@@ -102,7 +102,10 @@ BUDGET ?= full
 frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full about an hour of a core)
 	$(BIN)/python -m trainer frontier --budget $(BUDGET)
 
-stability: install  ## where models, trainings and the rasteriser break (out/stability; BUDGET=small takes minutes)
-	$(BIN)/python -m trainer stability --budget $(BUDGET)
+stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; most of an hour)
+	$(BIN)/python -m trainer stability --budget full --page docs/stability.template.md
+	cp out/stability/full/stability.json docs/results/
+	cp out/stability/full/stability.md docs/
+	cp out/stability/full/stability-*.png docs/images/
 
 bench: bench-render bench-service bench-training  ## all benchmarks
