@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-parsimony bench-refinement bench-training
+	bench-parsimony bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -88,6 +88,9 @@ bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (
 
 bench-soak: $(VENV)/.bench  ## the service under load for long: 64 clients, twice its capacity, 100,000 requests (benchmarks/service_soak.json)
 	$(BIN)/python -m benchmarks.service_soak --models $(MODELS)
+
+fuzz: $(VENV)/.bench  ## 100,000 more executions of a coverage-guided fuzzer on pictures and bundles (docs/results/fuzz.json)
+	$(BIN)/python -m benchmarks.fuzz
 
 bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost and save (docs/results/parsimony.json)
 	$(BIN)/python -m benchmarks.parsimony
