@@ -1,8 +1,0 @@
-"""Without a GPU, Triton's interpreter runs the kernels; it must be asked for before triton's first import."""
-
-import os
-
-import torch
-
-if not torch.cuda.is_available():
-    os.environ["TRITON_INTERPRET"] = "1"
