@@ -87,7 +87,10 @@ def test_a_whole_bundle_is_proven(copy: Path) -> None:
         (lambda m: m["files"].pop("probe.npz"), "files should name just"),
         (lambda m: m["files"].update({"encoder.onnx": "0" * 64}), "identity does not belong"),
         (lambda m: m["files"].update({"probe.npz": "0" * 64}), "probe.npz: expected sha256 000000000000…, found"),
-        (lambda m: m.update(latent=13, parsimony=None), r"shape_mean: expected float32 \[1 to 16, 13\], found float32 \[2, 12\]"),
+        (
+            lambda m: m.update(latent=13, parsimony=None),
+            r"shape_mean: expected float32 \[1 to 16, 13\], found float32 \[2, 12\]",
+        ),
         (lambda m: m.update(vertices=99), r"vertices: expected float32 \[1 to 16, 99, 3\]"),
         (lambda m: m.update(held_out={"pictures": 20}), "held_out.framed: "),
         (
