@@ -66,6 +66,38 @@ class Refined(NamedTuple):
     iterations: int
 
 
+class Found(NamedTuple):
+    """What a search came to."""
+
+    refined: Refined
+    probabilities: Floats
+    """[N, R], of the coarse poses."""
+    bins: NDArray[np.int64]
+    """[N], the coarse pose that each picture's azimuth was followed from."""
+
+
+def search(
+    draw: Draw,
+    pictures: Array,
+    guess: Guess,
+    bin_centres: Floats,
+    probabilities: Floats,
+    iterations: int,
+    seconds: float | None = None,
+) -> Found:
+    """From what an encoder says of N pictures [N, 3, H, W] of one object to what explains them better.
+
+    `guess` holds its shape code, its lights, and as azimuths [N] the means of the fine angles, which are added to the
+    `bin_centres` [R]; `probabilities` [N, R] are the bins'. The bins are weighed by their drawings, and all is refined
+    from the best one of each picture.
+    """
+    candidates = bin_centres + guess.azimuths[:, None]
+    weighed = weigh_poses(draw, pictures, guess, candidates, probabilities)
+    bins = weighed.argmax(1)
+    start = guess._replace(azimuths=candidates[np.arange(len(bins)), bins])
+    return Found(refine(draw, pictures, start, iterations, seconds), weighed, bins)
+
+
 def weigh_poses(draw: Draw, pictures: Array, guess: Guess, candidates: Floats, probabilities: Floats) -> Floats:
     """How probable each candidate azimuth [N, R] of each picture [N, 3, H, W] is, given the guess's shape: [N, R], its
     drawing's likelihood at the recipe's final temperature times the probability that it had before [N, R], tempered."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from imaging.framing import frame_of
 from imaging.preparation import Prepared
-from imaging.refinement import Draw, Guess, refine, weigh_poses
+from imaging.refinement import Draw, Guess, search
 from service.inference import Array, Engine, Posterior, decode_all
 from service.rendering.picture import draw_all
 from service.rendering.projection import fitted, project
@@ -57,30 +57,26 @@ def improve(
     draw = _drawing(engine, pictures)
     lights = [posterior.light.azimuth for posterior in posteriors if posterior.light is not None]
     centres = np.radians(engine.manifest.azimuth_bin_centres_degrees)
-    candidates = centres + np.array([posterior.azimuth_fine_mean for posterior in posteriors])[:, None]
+    fine = np.array([posterior.azimuth_fine_mean for posterior in posteriors])
     told = np.array([posterior.azimuth_probabilities for posterior in posteriors], np.float64)
-    guess = Guess(shape_code.astype(np.float64), candidates[:, 0], np.array(lights) if lights else None)
-    weights = weigh_poses(draw, seen, guess, candidates, told)
-    best = weights.argmax(1)
-    guess = guess._replace(azimuths=np.take_along_axis(candidates, best[:, None], 1)[:, 0])
-    found = refine(draw, seen, guess, *effort)
+    guess = Guess(shape_code.astype(np.float64), fine, np.array(lights) if lights else None)
+    after, probabilities, bins = search(draw, seen, guess, centres, told, *effort)
     improved = []
     for number, posterior in enumerate(posteriors):
-        azimuth = float(found.guess.azimuths[number])
+        azimuth = float(after.guess.azimuths[number])
         light = posterior.light
-        if light is not None and found.guess.light_azimuths is not None:
-            light = replace(light, azimuth=float(found.guess.light_azimuths[number]))
+        if light is not None and after.guess.light_azimuths is not None:
+            light = replace(light, azimuth=float(after.guess.light_azimuths[number]))
         improved.append(
             replace(
                 posterior,
-                azimuth_probabilities=weights[number].astype(np.float32),
-                azimuth_fine_mean=azimuth - float(centres[best[number]]),
+                azimuth_probabilities=probabilities[number].astype(np.float32),
+                azimuth_fine_mean=azimuth - float(centres[bins[number]]),
                 azimuth=(azimuth + math.pi) % (2 * math.pi) - math.pi,
                 light=light,
             )
         )
-    code = found.guess.shape_code.astype(np.float32)
-    return Improved(tuple(improved), code, found.iterations)
+    return Improved(tuple(improved), after.guess.shape_code.astype(np.float32), after.iterations)
 
 
 def _drawing(engine: Engine, pictures: Sequence[Prepared]) -> Draw:

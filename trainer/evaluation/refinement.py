@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float, Int64
 from torch import Tensor
 
-from imaging.refinement import Draw, Guess, refine, weigh_poses
+from imaging.refinement import Draw, Guess, search
 from trainer.config import SceneConfig
 from trainer.evaluation.gallery import render
 
@@ -46,12 +46,9 @@ def refined(
         pictures = images[mine].numpy()
         fine = inference.azimuth_fine_mean[mine].double().numpy()
         light = None if inference.light_azimuths is None else inference.light_azimuths[mine].double().numpy()
-        candidates = centres + fine[:, None]
         told = inference.probabilities[mine].double().numpy()
-        probabilities = weigh_poses(draw, pictures, Guess(code, fine, light), candidates, told)
-        bins = probabilities.argmax(1)
-        guess = refine(draw, pictures, Guess(code, centres[bins] + fine, light), iterations).guess
-        found.append((guess, probabilities, guess.azimuths - centres[bins]))
+        after, probabilities, bins = search(draw, pictures, Guess(code, fine, light), centres, told, iterations)
+        found.append((after.guess, probabilities, after.guess.azimuths - centres[bins]))
     lights = [guess.light_azimuths for guess, _, _ in found if guess.light_azimuths is not None]
     better = Inference(
         inference.shape_mean,
