@@ -2,6 +2,7 @@
 
 import io
 import math
+import shutil
 import socket
 import subprocess
 import sys
@@ -59,6 +60,12 @@ def second_bundle_directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def bundle(bundle_directory: Path) -> Bundle:
     return read_bundle(bundle_directory)
+
+
+@pytest.fixture
+def copy(bundle_directory: Path, tmp_path: Path) -> Path:
+    """A bundle that may be altered."""
+    return Path(shutil.copytree(bundle_directory, tmp_path / "copy"))
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ from trainer.frontier.plan import DEFAULT, Expense
 from trainer.frontier.report import Accuracy, Fronts, Measured, Report, fronts
 
 FRONT, NEAR, OTHER, CHOSEN, BASELINE = "#0b6e4f", "#2a9d8f", "#9aa3ad", "#c1121f", "#7a5c00"
-PAPER, PRESETS = "paper", "presets"
+PAPER = "paper"
 # Places along each piece of the front's line that labels keep clear of.
 _ALONG = 80
 
@@ -193,7 +193,7 @@ def _rank(point: Measured, found: Fronts) -> int:
         return 0
     if point in found.on:
         return 1
-    return 2 if point.factor in (PAPER, PRESETS) else 3
+    return 2 if point.factor == PAPER else 3
 
 
 def _is_told(point: Measured, found: Fronts) -> bool:
