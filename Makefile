@@ -102,7 +102,7 @@ bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where
 	$(BIN)/python -m benchmarks.training
 
 BUDGET ?= full
-frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full about an hour of a core)
+frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full one to two hours of a core)
 	$(BIN)/python -m trainer frontier --budget $(BUDGET)
 
 stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; most of an hour)

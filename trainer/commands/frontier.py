@@ -35,7 +35,7 @@ class FrontierCommand:
     """
 
     budget: str = "full"
-    """Which points, on how much: `small`, minutes; `full`, about an hour of one core; or a TOML file like theirs."""
+    """Which points, on how much: `small`, minutes; `full`, one to two hours of one core; or a TOML file like theirs."""
     output: Path = Path("out/frontier")
     """Directory for pictures, runs and bundles, a folder for each budget."""
     report: Path | None = None

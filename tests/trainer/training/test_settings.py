@@ -40,7 +40,7 @@ class Setting:
 # The shapes stay alike and smooth at first: with weak priors from the start, 48 pictures are learnt by heart.
 PRIORS: dict[str, Any] = {"kl_weight": 8.0, "kl_weight_start": 124.0, "laplacian_weight_start": 2000.0}
 UNTOLD = {"pose_supervision": "none"}
-LONGER = {"batch_size": 32, "steps": 250}
+LONGER = {"batch_size": 32, "steps": 160}
 SETTINGS = {
     "subdivision": Setting(),
     "subdivision of 3 segments": Setting(model={"segments": 3}),
@@ -51,7 +51,7 @@ SETTINGS = {
     "varying colour": Setting(rotate_lights=True, model={"light": "varying"}, optimiser=LONGER),
     "varying white": Setting(WHITE, rotate_lights=True, model={"light": "varying"}, optimiser=LONGER),
     "varying colour, paper's objective": Setting(
-        rotate_lights=True, model={"light": "varying"}, loss={"objective": "paper"}, optimiser=LONGER | {"steps": 400}
+        rotate_lights=True, model={"light": "varying"}, loss={"objective": "paper"}, optimiser=LONGER | {"steps": 250}
     ),
     "three views": Setting(optimiser={"views_per_instance": 3, "batch_size": 24}),
     "latent of 1": Setting(model={"latent": 1}),
@@ -108,7 +108,7 @@ def test_a_setting_learns(name: str, folder_of: Callable[[Setting], ImageSet], t
         validation_share=0.0,
         model=ModelConfig(**({"encoder_channels": (8, 8, 16, 16, 16, 32)} | setting.model)),
         loss=LossConfig(**({"pose_supervision": "azimuth"} | PRIORS | setting.loss)),
-        optimiser=OptimiserConfig(**({"batch_size": 16, "steps": 200, "learning_rate": 3e-3} | setting.optimiser)),
+        optimiser=OptimiserConfig(**({"batch_size": 16, "steps": 120, "learning_rate": 3e-3} | setting.optimiser)),
     )
     torch.manual_seed(config.seed)
     before = overlap(Model(config.model, WIDTH, HEIGHT), images)
