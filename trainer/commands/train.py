@@ -21,6 +21,7 @@ from trainer.data.streaming import ShardPictures, open_shards
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import load_preset, preset_names, preset_setting
+from trainer.selection.starts import Start, best_start
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.intervals import Intervals
@@ -56,6 +57,9 @@ class TrainCommand:
     its place."""
     resume: bool = False
     """Go on with the training in the run directory, with its settings; only --optimiser.* may change."""
+    starts: int = 1
+    """Trainings that are begun, from --seed on; the one that explains pictures best after a fifth of the steps goes on.
+    Guards against a seed that fails."""
     threads: int = 0
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
@@ -112,6 +116,9 @@ class TrainCommand:
             source = open_fresh(self.fresh, category, self.config)
             provenance = {"fresh": to_mapping(self.fresh.absolute())}
             console.print(f"fresh views of {source.training} objects, {source.validation} more held out, {category}")
+        config, resume = self.config, self.resume
+        if self.starts != 1:
+            config, resume = self._best_start(source, category, provenance, console), True
         columns = (
             TextColumn("training"),
             BarColumn(),
@@ -121,21 +128,36 @@ class TrainCommand:
             TextColumn("loss {task.fields[loss]}"),
         )
         with Progress(*columns, console=console) as progress:
-            bar = progress.add_task("training", total=self.config.optimiser.steps, rate="…", loss="…")
+            bar = progress.add_task("training", total=config.optimiser.steps, rate="…", loss="…")
 
             def report(step: int, figures: dict[str, float]) -> None:
                 speed = progress.tasks[bar].speed
                 rate = "…" if speed is None else f"{speed:.1f}"
                 progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
 
-            last = train(
-                self.config, source, category, self.run_directory, self.intervals, self.resume, report, provenance
-            )  # fmt: skip
-        finished = last.step >= self.config.optimiser.steps
+            last = train(config, source, category, self.run_directory, self.intervals, resume, report, provenance)
+        finished = last.step >= config.optimiser.steps
         done = "finished" if finished else "stopped; continue with --resume"
         console.print(f"{done} at step {last.step} after {last.run['seconds']:.0f} s: {self.run_directory}")
         if not finished:
             raise KeyboardInterrupt
+
+    def _best_start(
+        self, source: ImageSet | PictureSource, category: str, provenance: dict[str, Any], console: Console
+    ) -> TrainConfig:
+        """The settings of the start that goes on, whose training so far is in the run directory."""
+        if self.resume:
+            raise ConfigError("Expected --starts for a new training, found it beside --resume: leave one of them away.")
+
+        def report(start: Start) -> None:
+            said = f"log p {start.bound:.1f}" if start.bound is not None else start.problem
+            console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
+
+        config = best_start(
+            self.config, self.starts, source, category, self.run_directory, self.intervals, report, provenance
+        )  # fmt: skip
+        console.print(f"seed {config.seed} explains pictures best, and goes on")
+        return config
 
     def _load(self, folder: Path) -> ImageSet:
         """The pictures of a folder, in its own scene or, without one, in that of the options.

@@ -1,0 +1,157 @@
+"""Several trainings are begun from different seeds, and the one that explains pictures best goes on.
+
+RUN/starts/seed-<n>/  the trainings up to the choice; the chosen one moves up to RUN
+RUN/starts.json       the bound of each (`bound.py`), and how much computing the choice took
+"""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from trainer import processes
+from trainer.config import TrainConfig
+from trainer.data.images import ImageSet
+from trainer.data.source import PictureSource
+from trainer.data.writing import write_bytes
+from trainer.errors import ConfigError, DataError
+from trainer.selection.bound import held_out_bound
+from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.intervals import Intervals
+from trainer.training.loop import train
+
+STARTS_DIRECTORY, STARTS_FILE = "starts", "starts.json"
+CHOICE = 0.2
+"""Share of the steps after which one is chosen."""
+MOST_STARTS = 100
+_JUDGED, _BATCH, _SAMPLES = 256, 64, 2
+
+
+@dataclass(frozen=True)
+class Start:
+    """A training up to the choice."""
+
+    seed: int
+    bound: float | None
+    """Lower bound of log p(x), mean over pictures that are the same for all, nats; None where the training failed."""
+    core_seconds: float
+    problem: str | None = None
+    """Why it has no bound."""
+
+
+def best_start(
+    config: TrainConfig,
+    starts: int,
+    images: ImageSet | PictureSource,
+    category: str,
+    run_directory: Path,
+    intervals: Intervals,
+    report: Callable[[Start], None],
+    provenance: dict[str, Any],
+) -> TrainConfig:
+    """Trains `starts` seeds, from the setting's own on, for CHOICE of the steps, and leaves the one of the highest
+    bound in `run_directory`; returns its settings, with which `train` resumes there.
+
+    `report` is told of each. What an interrupted call has done is not done again.
+
+    Raises:
+        ConfigError: a number of starts that makes no sense, several processes, or a run directory that holds a
+            training.
+        DataError: no start came to the choice.
+        KeyboardInterrupt: after Ctrl-C; everything is saved, and the same call goes on.
+        StorageError: the disk is full.
+    """
+    if not 1 <= starts <= MOST_STARTS:
+        raise ConfigError(f"Expected --starts from 1 to {MOST_STARTS}, found {starts}.")
+    if processes.count() > 1:
+        raise ConfigError(
+            f"Expected one process for --starts {starts}, found {processes.count()}. Begin with one, and go on with "
+            "all of them and --resume."
+        )
+    if (run_directory / FILE_NAME).exists():
+        raise ConfigError(
+            f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
+        )
+    judged = _judged_pictures(images, config)
+    seeds = [replace(config, seed=config.seed + number) for number in range(starts)]
+    found = []
+    for own in seeds:
+        found.append(_begun(own, images, category, run_directory, intervals, provenance, judged))
+        report(found[-1])
+    bounds = [-math.inf if start.bound is None else start.bound for start in found]
+    if max(bounds) == -math.inf:
+        raise DataError(f"None of {starts} starts came to step {_first_steps(config)}; the first: {found[0].problem}")
+    best = int(np.argmax(bounds))
+    content = {"step": _first_steps(config), "chosen": seeds[best].seed, "starts": [asdict(start) for start in found]}
+    write_bytes(run_directory / STARTS_FILE, (json.dumps(content, indent=2) + "\n").encode())
+    _move_up(_directory(run_directory, seeds[best]), run_directory)
+    return seeds[best]
+
+
+def _begun(
+    config: TrainConfig,
+    images: ImageSet | PictureSource,
+    category: str,
+    run_directory: Path,
+    intervals: Intervals,
+    provenance: dict[str, Any],
+    judged: Float[Tensor, "N 3 H W"],
+) -> Start:
+    directory = _directory(run_directory, config)
+    first = replace(config, optimiser=replace(config.optimiser, steps=_first_steps(config)))
+    begun = (directory / FILE_NAME).exists()
+    try:
+        last = train(first, images, category, directory, intervals, begun, _to_nobody, provenance)
+        if last.step < first.optimiser.steps:
+            raise KeyboardInterrupt
+        bound = _bound(last, judged)
+    except (DataError, FloatingPointError) as error:
+        spent = load_checkpoint(directory).run["core_seconds"] if (directory / FILE_NAME).exists() else 0.0
+        return Start(config.seed, None, spent, str(error))
+    return Start(config.seed, round(bound, 3), last.run["core_seconds"])
+
+
+def _bound(trained: Checkpoint, judged: Float[Tensor, "N 3 H W"]) -> float:
+    generator = torch.Generator().manual_seed(0)
+    scene, loss = trained.scene, trained.config.loss
+    values = [
+        held_out_bound(trained.model, scene, loss, part, _SAMPLES, generator).value for part in judged.split(_BATCH)
+    ]
+    return float(torch.cat(values).mean())
+
+
+def _judged_pictures(images: ImageSet | PictureSource, config: TrainConfig) -> Float[Tensor, "N 3 H W"]:
+    """Pictures that are the same for all starts; most of them are trained on, as little as that tells so early."""
+    if isinstance(images, ImageSet):
+        return images.batch(np.random.default_rng(config.seed).permutation(len(images))[:_JUDGED])
+    minibatches = images.minibatches(_JUDGED, config.seed, 0)
+    try:
+        return next(minibatches).pictures
+    finally:
+        minibatches.close()
+
+
+def _first_steps(config: TrainConfig) -> int:
+    return max(1, round(CHOICE * config.optimiser.steps))
+
+
+def _directory(run_directory: Path, config: TrainConfig) -> Path:
+    return run_directory / STARTS_DIRECTORY / f"seed-{config.seed}"
+
+
+def _move_up(source: Path, target: Path) -> None:
+    """The checkpoint last: a directory with a checkpoint is whole."""
+    for path in sorted(source.iterdir(), key=lambda path: path.name == FILE_NAME):
+        path.replace(target / path.name)
+    source.rmdir()
+
+
+def _to_nobody(step: int, figures: dict[str, float]) -> None:
+    """The start's metrics.jsonl has the figures."""
