@@ -35,8 +35,8 @@ class ReconstructCommand:
     """Folder of pictures, all of the same object, 1 to 64."""
     output: Path = Path("object.ply")
     """Mesh to write: .ply, .obj, .stl or .glb. The sheet stands beside it, as .png."""
-    refine: int = 0
-    """Iterations in which shape, pose and light then follow the pictures, 0 to 100."""
+    refine: int = 3
+    """Iterations in which shape, pose and light then follow the pictures, 0 to 100; 0 takes the encoder's word."""
     turntable: bool = False
     """Also write an animation in which the shape turns, beside the mesh, as .webp."""
 
