@@ -3,6 +3,7 @@
 import sys
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Self
 
@@ -14,7 +15,7 @@ from trainer.evaluation.subject import check_refinement
 from trainer.frontier.files import write_report
 from trainer.frontier.measurement import measure
 from trainer.frontier.plan import load_plan
-from trainer.frontier.trainings import study_of, tasks_of
+from trainer.frontier.trainings import compile_kernels, study_of, tasks_of
 from trainer.tables.cells import Task
 from trainer.tables.pictures import missing_folders, render_missing
 from trainer.tables.setting import setting_name
@@ -23,6 +24,7 @@ from trainer.tables.trial import check_identity
 from trainer.tables.workers import run_side_by_side
 from trainer.training.checks import check_category, check_settings
 from trainer.training.threads import limit_threads
+from trainer.workers import run_side_by_side as run_any_side_by_side
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,9 @@ class FrontierCommand:
         cores: int = numba.config.NUMBA_NUM_THREADS
         for folder in missing_folders(study, missing):
             render_missing(folder, self.workers or cores)
+        # What fails here fails again, and is told, where it counts.
+        first = partial(compile_kernels, study)
+        list(run_any_side_by_side(first, missing[:1], 1, cores, _name))
         workers = min(self.workers or cores, len(missing))
         console, failures = Console(stderr=True, soft_wrap=True), list[str]()
         with closing(run_side_by_side(study, missing, workers, max(1, cores // workers))) as outcomes:

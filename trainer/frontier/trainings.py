@@ -1,13 +1,18 @@
 """The trainings behind the points, as a study of `trainer.tables`: each is done once, whichever points share it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from trainer.data.images import load_image_folder
 from trainer.frontier.plan import Plan, Point
 from trainer.presets import load_preset
 from trainer.tables.cells import Cell, Task
 from trainer.tables.study import Study
+from trainer.training.intervals import Intervals
+from trainer.training.loop import train
 
 
 class Trained(NamedTuple):
@@ -44,3 +49,12 @@ def tasks_of(plan: Plan) -> list[Task]:
     """Each training once, in the order in which points first ask for it."""
     cells = dict.fromkeys(cell for trained in trained_points(plan) for cell in trained.cells)
     return [Task(cell, (1,)) for cell in cells]
+
+
+def compile_kernels(study: Study, task: Task) -> None:
+    """A step of a training that is thrown away: on a new machine, the first would be charged with compiling."""
+    config = study.config(task.cell)
+    images = load_image_folder(study.training_pictures(task.cell).path, config.width, config.height)
+    one_step = replace(config, optimiser=replace(config.optimiser, steps=1))
+    with TemporaryDirectory() as directory:
+        train(one_step, images, task.cell.category, Path(directory), Intervals(), False, lambda step, figures: None, {})
