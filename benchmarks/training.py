@@ -30,7 +30,7 @@ class Options:
 
     output: Path = Path("benchmarks")
     """Folder for training.json."""
-    presets: tuple[str, ...] = ("quick", "demo", "paper")
+    presets: tuple[str, ...] = ("quick", "best", "paper")
     """Settings that are trained with."""
     steps: int = 60
     """Steps that are measured."""

@@ -48,7 +48,7 @@ class TableCommand:
     """Classes of objects; by default those of the paper's table."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds of the trainings, a training each."""
-    preset: str = "demo"
+    preset: str = "best"
     """Recipe that every setting starts from: a preset, or a TOML file. paper-small has the paper's objective."""
     steps: int = 0
     """Steps of each training; 0 means the preset's."""

@@ -5,9 +5,9 @@ from typing import NamedTuple
 from trainer.frontier.plan import DEFAULT, Expense
 from trainer.frontier.report import EXPENSES, Accuracy, Measured, Report
 
-# Times of trainings scatter by more than this on a machine that others use; graphs' costs are compared exactly.
-TRAINING_TOLERANCE = 0.1
-_GRAPH_TOLERANCE = 0.02
+# Times scatter by as much on a machine that others use; bytes do not.
+TIME_TOLERANCE = 0.1
+_BYTE_TOLERANCE = 0.02
 
 
 class Alternative(NamedTuple):
@@ -67,4 +67,4 @@ def verdicts(report: Report, category: str, accuracy: Accuracy) -> list[Verdict]
 
 
 def _tolerance(expense: Expense) -> float:
-    return TRAINING_TOLERANCE if expense == "training_minutes" else _GRAPH_TOLERANCE
+    return TIME_TOLERANCE if expense in ("training_minutes", "latency_ms") else _BYTE_TOLERANCE

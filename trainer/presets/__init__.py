@@ -14,7 +14,7 @@ from trainer.tables.setting import Setting, setting_for, training_config
 from trainer.tables.table import load_table, table_names
 
 # What the rows of tables start from.
-_RECIPE = "demo"
+_RECIPE = "best"
 
 
 def preset_names() -> list[str]:

@@ -22,7 +22,7 @@ ROWS = [
 
 
 def test_the_default_is_the_recipe_itself() -> None:
-    recipe = load_preset("demo")
+    recipe = load_preset("best")
     assert training_config(Setting(), recipe) == recipe
     assert setting_name(Setting()) == "baseline"
 
@@ -33,7 +33,7 @@ def test_every_row_is_a_training_that_could_begin_and_has_a_preset(name: str, se
         own = setting_for(setting, category)
         for preset in preset_names():
             check_settings(training_config(own, load_preset(preset)))
-        assert load_preset(f"{name}/{category}") == training_config(own, load_preset("demo"))
+        assert load_preset(f"{name}/{category}") == training_config(own, load_preset("best"))
 
 
 def test_settings_that_differ_have_names_that_differ() -> None:

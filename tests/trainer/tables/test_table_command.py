@@ -127,7 +127,7 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
 
 
 def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
-    study = Study(Path(), "demo", load_preset("demo"), 10, 2, 1, seconds=100.0)
+    study = Study(Path(), "best", load_preset("best"), 10, 2, 1, seconds=100.0)
     assert study.next_goal(CELL, 0, 0.0) == 50
     # 50 steps in 10 s leave time for 450 more.
     assert study.next_goal(CELL, 50, 10.0) == 500
@@ -154,7 +154,7 @@ def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
         ("table table-2 --budget nan", "Expected --budget from 0 to 1000000, found nan."),
         ("table table-2 --seeds 1 1", "Expected 1 to 100 different --seeds, found (1, 1)."),
         ("table table-2 --seeds -1", "Expected seed from 0 to 2.14748e+09, found -1."),
-        ("table table-2 --preset deno", "no preset 'deno'; did you mean 'demo'?"),
+        ("table table-2 --preset bets", "no preset 'bets'; did you mean 'best'?"),
         ("table table-2 --workers -2", "Expected --workers from 0 to 1024, found -2."),
         ("table table-2 --test-views 0", "Expected --test-views from 1 to 1000, found 0."),
         ("table table-5 --test-views 4", "Expected --test-views to be a multiple of 3, found 4: table-5 judges 3"),
