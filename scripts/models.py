@@ -24,8 +24,7 @@ from command import run
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.data.writing import write_bytes
 
-PRESET = "quick"
-SCREENING_STEPS, STEPS = 500, 1000
+SCREENING_STEPS = 500
 VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
 PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
 PAGE = (
@@ -65,6 +64,8 @@ class Model:
     rig: str = "colour"
     rotate_lights: bool = False
     candidates: tuple[str, ...] = ("subdivision", "full-block")
+    preset: str = "quick"
+    steps: int = 1000
     options: tuple[str, ...] = field(default=())
     """More options of the training."""
 
@@ -75,8 +76,10 @@ class Model:
 
 # Cars in other lights are made of what suits them in the usual one.
 CARS = ("subdivision",)
+# What is thin wants more pixels, and more steps with them.
+THIN = {category: Model(category, category, preset="best", steps=2000) for category in ("chair", "rifle")}
 MODELS = (
-    *(Model(category, category) for category in CATEGORIES),
+    *(THIN.get(category) or Model(category, category) for category in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
     # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
@@ -90,10 +93,14 @@ class Workshop:
     real_meshes: Path
     pictures: int
     screening_steps: int
-    steps: int
+    steps: int | None
+    """Instead of each model's own."""
 
     def pictures_of(self, model: Model, part: str) -> Path:
         return self.work / "pictures" / model.category / model.light / part
+
+    def steps_of(self, model: Model) -> int:
+        return self.steps or model.steps
 
     def run_directory(self, model: Model, candidate: str) -> Path:
         return self.work / "runs" / model.name / candidate
@@ -113,7 +120,7 @@ def main() -> int:
     parser.add_argument("--real-meshes", type=Path, default=Path("../shared/meshes"), help="mesh files, if any")
     parser.add_argument("--pictures", type=int, default=4000, help="training pictures, one of each object")
     parser.add_argument("--screening-steps", type=int, default=SCREENING_STEPS, help="training steps of each candidate")
-    parser.add_argument("--steps", type=int, default=STEPS, help="training steps of the best")
+    parser.add_argument("--steps", type=int, help="training steps of the best; by default each model's own")
     parser.add_argument("--workers", type=int, default=2, help="models made at once, one thread each")
     arguments = parser.parse_args()
     if unknown := set(arguments.only) - {model.name for model in MODELS}:
@@ -126,7 +133,7 @@ def main() -> int:
         arguments.output,
         arguments.real_meshes,
         arguments.pictures,
-        min(arguments.screening_steps, arguments.steps),
+        arguments.screening_steps,
         arguments.steps,
     )
     threads = ThreadPoolExecutor(arguments.workers)
@@ -147,10 +154,10 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
     found: dict[str, float] = {}
     if len(model.candidates) > 1:
         for candidate in model.candidates:
-            train(workshop, model, candidate, workshop.screening_steps)
+            train(workshop, model, candidate, min(workshop.screening_steps, workshop.steps_of(model)))
             found[candidate] = screened(workshop, model, candidate)
     chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
-    train(workshop, model, chosen, workshop.steps)
+    train(workshop, model, chosen, workshop.steps_of(model))
     return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
 
 
@@ -174,7 +181,7 @@ def train(workshop: Workshop, model: Model, candidate: str, steps: int) -> None:
             return
         options = ["--resume"]
     else:
-        options = ["--preset", PRESET, *training_options(model, candidate)]
+        options = ["--preset", model.preset, *training_options(model, candidate)]
     images = workshop.pictures_of(model, "train")
     run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
         *options, quiet=True)  # fmt: skip
@@ -199,7 +206,13 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
     samples = bundle.with_name(f"{model.name}-samples.png")
     run("trainer", "sample", "--checkpoint", directory, "--output", samples, quiet=True)
-    options = ["--preset", PRESET, "--optimiser.steps", str(workshop.steps), *training_options(model, chosen)]
+    options = [
+        "--preset",
+        model.preset,
+        "--optimiser.steps",
+        str(workshop.steps_of(model)),
+        *training_options(model, chosen),
+    ]
     command = ["python", "-m", "trainer", "train", *options, "--images", "PICTURES", "--run", "RUN"]
     figures: dict[str, Any] = {
         "command": shlex.join(command),
