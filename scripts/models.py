@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from command import run
+from models_page import page
 
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.data.writing import write_bytes
@@ -27,16 +28,6 @@ from trainer.data.writing import write_bytes
 SCREENING_STEPS = 500
 VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
 PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
-PAGE = (
-    "# The models",
-    "",
-    "Made by `scripts/models.py` (`make models`), and each alone by its command below. IoU at 32³; median azimuth",
-    "error, and share of",
-    "azimuths within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the",
-    "class's mean shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes,",
-    "which only serve as a test.",
-    "",
-)
 FIGURES = (
     "iou",
     "iou_interval",
@@ -249,26 +240,8 @@ def write_figures(output: Path, name: str, figures: dict[str, Any]) -> None:
     known = {**(json.loads(path.read_text()) if path.exists() else {}), name: figures}
     known = {model.name: known[model.name] for model in MODELS if model.name in known}
     write_bytes(path, (json.dumps(known, indent=2) + "\n").encode())
-    titles = ["IoU", "mean", "nearest", "error", "within 30°"]
-    columns = ["model", "shape", *titles, *(f"real: {title}" for title in titles), "kB"]
-    lines = [*PAGE, f"| {' | '.join(columns)} |", f"|{'---|' * len(columns)}"]
-    for model, one in known.items():
-        real = row_of(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
-        cells = [model, one["parameterisation"], *row_of(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
-        lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "```sh", *(one["command"] for one in known.values()), "```"]
-    for model in known:
-        folder = "" if (output / model).is_dir() else f"../{output.name}-light/"
-        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; and objects that it invents", ""]
-        lines += [f"![Reconstructions]({folder}{model}.png) ![Samples]({folder}{model}-samples.png)"]
-    lines.append("")
-    write_bytes(output / "README.md", "\n".join(lines).encode())
-
-
-def row_of(figures: dict[str, Any]) -> list[str]:
-    overlaps = [f"{figures[name]:.2f}" for name in ("iou", "mean_shape_iou", "nearest_neighbour_iou")]
-    error, accuracy = figures["symmetric_azimuth_error_degrees"], figures["symmetric_azimuth_accuracy"]
-    return [*overlaps, f"{error:.1f}°", f"{accuracy:.2f}"]
+    elsewhere = {model: f"../{output.name}-light/" for model in known if not (output / model).is_dir()}
+    write_bytes(output / "README.md", page(known, elsewhere).encode())
 
 
 if __name__ == "__main__":
