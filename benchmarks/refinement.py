@@ -64,12 +64,15 @@ def main() -> int:
         "command": shlex.join(["python", "-m", "benchmarks.refinement", *sys.argv[1:]]),
         "iterations": arguments.iterations,
     }
-    results["models"] = {}
+    # Models that are in it and not looked at stay.
+    output: Path = arguments.output
+    results["models"] = json.loads(output.read_text())["models"] if output.exists() else {}
     for manifest in sorted(arguments.models.glob("*/manifest.json")):
         name = manifest.parent.name
         if arguments.only is None or name in arguments.only:
             results["models"][name] = measured(manifest.parent, arguments)
-            arguments.output.write_text(json.dumps(results, indent=2) + "\n")
+            results["models"] = dict(sorted(results["models"].items()))
+            output.write_text(json.dumps(results, indent=2) + "\n")
             print(name, json.dumps(results["models"][name]), flush=True)
     return 0
 
