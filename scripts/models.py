@@ -67,10 +67,14 @@ class Model:
 
 # Cars in other lights are made of what suits them in the usual one.
 CARS = ("subdivision",)
-# What is thin wants more pixels, and more steps with them.
-THIN = {category: Model(category, category, preset="best", steps=2000) for category in ("chair", "rifle")}
+# What is made of many thin parts gains most by more pixels and steps.
+BLOCKS = ("ortho-block", "full-block")
+FURNITURE = {
+    category: Model(category, category, candidates=BLOCKS, preset="best", steps=2000)
+    for category in ("bench", "chair", "sofa", "table")
+}
 MODELS = (
-    *(THIN.get(category) or Model(category, category) for category in CATEGORIES),
+    *(FURNITURE.get(category) or Model(category, category) for category in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
     # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
