@@ -71,7 +71,7 @@ CARS = ("subdivision",)
 BLOCKS = ("ortho-block", "full-block")
 FURNITURE = {
     category: Model(category, category, candidates=BLOCKS, preset="best", steps=2000)
-    for category in ("bench", "chair", "sofa", "table")
+    for category in ("chair", "table")
 }
 MODELS = (
     *(FURNITURE.get(category) or Model(category, category) for category in CATEGORIES),
