@@ -70,8 +70,7 @@ CARS = ("subdivision",)
 # What is made of many thin parts gains most by more pixels and steps.
 BLOCKS = ("ortho-block", "full-block")
 FURNITURE = {
-    category: Model(category, category, candidates=BLOCKS, preset="best", steps=2000)
-    for category in ("chair", "table")
+    category: Model(category, category, candidates=BLOCKS, preset="best", steps=2000) for category in ("chair", "table")
 }
 MODELS = (
     *(FURNITURE.get(category) or Model(category, category) for category in CATEGORIES),
