@@ -70,41 +70,41 @@ def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_all_candidates_begin_and_the_best_goes_on(make: Callable[..., Commands], tmp_path: Path) -> None:
-    commands = make("--only", "chair", "--screening-steps", "20", "--steps", "50")
+    commands = make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
     assert commands.trained == [("subdivision", 20, False), ("full-block", 20, False), ("full-block", 50, True)]
     assert commands.judged == ["screening", "screening", "test"]
-    assert (tmp_path / "models/chair/manifest.json").read_text().endswith("runs/chair/full-block")
-    assert (tmp_path / "models/chair.png").read_text() == "full-block, test"
-    figures = _figures(tmp_path)["chair"]
+    assert (tmp_path / "models/sofa/manifest.json").read_text().endswith("runs/sofa/full-block")
+    assert (tmp_path / "models/sofa.png").read_text() == "full-block, test"
+    figures = _figures(tmp_path)["sofa"]
     assert figures["parameterisation"] == "full-block"
     assert figures["screened_iou"] == OVERLAPS
-    assert "--optimiser.steps 50 --class chair --model.parameterisation full-block" in figures["command"]
+    assert "--optimiser.steps 50 --class sofa --model.parameterisation full-block" in figures["command"]
 
 
 def test_what_is_there_is_not_made_again_but_trained_longer(make: Callable[..., Commands], tmp_path: Path) -> None:
-    make("--only", "chair", "--screening-steps", "20", "--steps", "50")
-    again = make("--only", "chair", "--screening-steps", "20", "--steps", "50")
+    make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
+    again = make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
     assert not again.trained
     assert not again.judged
-    longer = make("--only", "chair", "--screening-steps", "20", "--steps", "80")
+    longer = make("--only", "sofa", "--screening-steps", "20", "--steps", "80")
     assert longer.trained == [("full-block", 80, True)]
     assert longer.judged == ["test"]
 
 
 def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Commands], tmp_path: Path) -> None:
-    commands = make("--only", "chair", "--candidates", "subdivision", "--steps", "50")
+    commands = make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
     assert commands.trained == [("subdivision", 50, False)]
     assert commands.judged == ["test"]
-    assert _figures(tmp_path)["chair"]["screened_iou"] == {}
+    assert _figures(tmp_path)["sofa"]["screened_iou"] == {}
 
 
 def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
     make("--only", "jar", "car-white-light")
-    make("--only", "chair")
-    assert list(_figures(tmp_path)) == ["chair", "jar", "car-white-light"]
+    make("--only", "sofa")
+    assert list(_figures(tmp_path)) == ["jar", "sofa", "car-white-light"]
     page = (tmp_path / "models/README.md").read_text()
-    assert page.count("| chair | full-block | 0.40 |") == page.count("| jar |") == 1
-    assert "(chair.png)" in page
+    assert page.count("| sofa | full-block | 0.40 |") == page.count("| jar |") == 1
+    assert "(sofa.png)" in page
     assert "(../models-light/car-white-light.png)" in page
     assert (tmp_path / "models-light/car-white-light/manifest.json").exists()
     assert not (tmp_path / "models/car-white-light").exists()
