@@ -106,7 +106,10 @@ frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small
 	$(BIN)/python -m trainer frontier --budget $(BUDGET)
 
 stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; most of an hour)
-	$(BIN)/python -m trainer stability --budget full --page docs/stability.template.md
+	$(BIN)/python -m trainer render --class car --seed 1 --instances 200 --output out/stability/calibration
+	$(BIN)/python -m exporter --bundle models/car --images out/stability/calibration --precision int8 --output out/stability/car-int8
+	$(BIN)/python -m trainer stability --budget full --page docs/stability.template.md \
+		--bundle models/car models/chair models/sofa out/stability/car-int8
 	cp out/stability/full/stability.json docs/results/
 	cp out/stability/full/stability.md docs/
 	cp out/stability/full/stability-*.png docs/images/

@@ -129,7 +129,13 @@ def test_an_interruption_saves_and_a_resume_goes_on(
     assert_same(resumed, run(config, images, tmp_path / "whole"))
 
 
-def test_an_interruption_after_the_last_step_is_not_lost(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+def test_an_interruption_after_the_last_step_is_not_lost(
+    config: TrainConfig, images: ImageSet, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    # A shell's background jobs are born deaf to Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
+
     def interrupt(step: int, figures: dict[str, float]) -> None:
         if step == config.optimiser.steps:
             os.kill(os.getpid(), signal.SIGINT)
