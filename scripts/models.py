@@ -200,13 +200,8 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
     samples = bundle.with_name(f"{model.name}-samples.png")
     run("trainer", "sample", "--checkpoint", directory, "--output", samples, quiet=True)
-    options = [
-        "--preset",
-        model.preset,
-        "--optimiser.steps",
-        str(workshop.steps_of(model)),
-        *training_options(model, chosen),
-    ]
+    steps = str(workshop.steps_of(model))
+    options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, chosen)]
     command = ["python", "-m", "trainer", "train", *options, "--images", "PICTURES", "--run", "RUN"]
     figures: dict[str, Any] = {
         "command": shlex.join(command),

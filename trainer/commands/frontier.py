@@ -87,7 +87,7 @@ class FrontierCommand:
         cores: int = numba.config.NUMBA_NUM_THREADS
         for folder in missing_folders(study, missing):
             render_missing(folder, self.workers or cores)
-        # What fails here fails again, and is told, where it counts.
+        # In a process of its own, which Ctrl-C ends like the others. What fails here fails again, and is told, below.
         first = partial(compile_kernels, study)
         list(run_any_side_by_side(first, missing[:1], 1, cores, _name))
         workers = min(self.workers or cores, len(missing))
