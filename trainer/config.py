@@ -151,6 +151,12 @@ class OptimiserConfig:
 
     learning_rate: float = 1e-3
     """Adam's learning rate (paper: 10⁻³, constant)."""
+    decoder_factor: float = 1.0
+    """How many times the learning rate the decoder's is, its rotations' apart (paper: 1). Adam moves a weight by about
+    its rate a step, whatever the gradient: this is how far vertices can travel in a short training."""
+    falling_share: float = 0.0
+    """Share of the steps, the last ones, in which all learning rates fall to 0 along half a cosine; 0 to 1 (paper: 0).
+    """
     rotation_learning_rate: float = 1e-4
     """Learning rate of the layer that decodes the rotations of `full-block` (paper: 10⁻⁴, Appendix B)."""
     gradient_clip: float = 5.0

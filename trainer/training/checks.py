@@ -34,6 +34,8 @@ def check_settings(config: TrainConfig) -> None:
         ("model.light_bins", model.light_bins, 1, 180),
         *(("model.encoder_channels", value, 1, 4096) for value in channels),
         ("optimiser.learning_rate", optimiser.learning_rate, 1e-12, 10),
+        ("optimiser.decoder_factor", optimiser.decoder_factor, 1e-6, 1e6),
+        ("optimiser.falling_share", optimiser.falling_share, 0, 1),
         ("optimiser.rotation_learning_rate", optimiser.rotation_learning_rate, 1e-12, 10),
         ("optimiser.gradient_clip", optimiser.gradient_clip, 1e-12, 1e12),
         ("optimiser.batch_size", optimiser.batch_size, 2, 65536),

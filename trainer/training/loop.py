@@ -40,7 +40,7 @@ from trainer.training.health import health_of
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
-from trainer.training.optimiser import adam
+from trainer.training.optimiser import adam, at_step
 from trainer.training.schedule import weights_at
 from trainer.training.step import FixedGeometry, Step, StepResult, forward
 
@@ -107,7 +107,12 @@ def train(
             weights = weights_at(config.loss, step, config.width, config.height)
             seen = geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
             model.train()
-            taken = descend(model, optimiser, config.optimiser.gradient_clip, partial(taking, *seen))
+            taken = descend(
+                model,
+                at_step(optimiser, config.optimiser, step),
+                config.optimiser.gradient_clip,
+                partial(taking, *seen),
+            )
             step += 1
             if taken is None:
                 skipped += 1

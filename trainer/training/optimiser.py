@@ -1,18 +1,29 @@
-"""Adam as Appendix B sets it."""
-
-from typing import Any
+"""Adam as Appendix B sets it, and how its learning rates may depart from there."""
 
 import torch
+from torch import nn
 
 from trainer.config import OptimiserConfig
 from trainer.model.vae import Model
+from trainer.training.schedule import falling
 
 
 def adam(model: Model, config: OptimiserConfig) -> torch.optim.Adam:
-    """Adam over all parameters; the layer that decodes rotations has a learning rate of its own."""
-    rotations = [parameter for name, parameter in model.named_parameters() if name.startswith("decoder.angles.")]
-    if not rotations:
-        return torch.optim.Adam(model.parameters(), lr=config.learning_rate)
-    others = [parameter for name, parameter in model.named_parameters() if not name.startswith("decoder.angles.")]
-    groups: list[dict[str, Any]] = [{"params": others}, {"params": rotations, "lr": config.rotation_learning_rate}]
-    return torch.optim.Adam(groups, lr=config.learning_rate)
+    """Adam over all parameters; the decoder, and in it the layer that decodes rotations, have learning rates of their
+    own."""
+    decoder_rate = config.decoder_factor * config.learning_rate
+    rates = {"decoder.angles.": config.rotation_learning_rate, "decoder.": decoder_rate, "": config.learning_rate}
+    groups: dict[str, list[nn.Parameter]] = {}
+    for name, parameter in model.named_parameters():
+        prefix = next(prefix for prefix in rates if name.startswith(prefix))
+        groups.setdefault(prefix, []).append(parameter)
+    return torch.optim.Adam(
+        [{"params": groups[prefix], "lr": rates[prefix], "full_rate": rates[prefix]} for prefix in groups]
+    )
+
+
+def at_step(optimiser: torch.optim.Adam, config: OptimiserConfig, step: int) -> torch.optim.Adam:
+    """The same optimiser with the learning rates of a step, counted from 0."""
+    for group in optimiser.param_groups:
+        group["lr"] = group["full_rate"] * falling(config, step)
+    return optimiser

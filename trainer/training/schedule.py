@@ -1,8 +1,8 @@
-"""How the weights of the loss change with the step."""
+"""How the weights of the loss, and the learning rates, change with the step."""
 
 import math
 
-from trainer.config import LossConfig
+from trainer.config import LossConfig, OptimiserConfig
 from trainer.model.loss import PAPER_PIXELS, LossWeights
 
 
@@ -23,3 +23,10 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         distillation=share * config.distillation_weight,
         laplacian=share * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
     )
+
+
+def falling(config: OptimiserConfig, step: int) -> float:
+    """What share of its learning rate a step has: 1, and half a cosine down to 0 over the last `falling_share`."""
+    last = config.falling_share * config.steps
+    left = config.steps - step
+    return 1.0 if left >= last else 0.5 * (1 - math.cos(math.pi * left / last))

@@ -63,14 +63,16 @@ def test_normals_are_those_of_the_vertices_also_of_a_block_as_thin_as_paper() ->
 
 def test_upright_blocks_have_no_angles_and_rotations_a_learning_rate_of_their_own() -> None:
     channels = (4, 4, 4, 4, 4, 4)
+    config = OptimiserConfig(learning_rate=5e-3, decoder_factor=4)
     ortho = Model(ModelConfig(parameterisation="ortho-block", encoder_channels=channels), 32, 24)
     assert not any("angles" in name for name, _ in ortho.named_parameters())
-    assert [group["lr"] for group in adam(ortho, OptimiserConfig()).param_groups] == [1e-3]
+    assert [group["lr"] for group in adam(ortho, config).param_groups] == [5e-3, 2e-2]
     full = Model(ModelConfig(parameterisation="full-block", encoder_channels=channels), 32, 24)
-    others, rotations = adam(full, OptimiserConfig(learning_rate=5e-3)).param_groups
-    assert (others["lr"], rotations["lr"]) == (5e-3, 1e-4)
-    assert [tuple(parameter.shape) for parameter in rotations["params"]] == [(36, 32), (36,)]
-    assert len(others["params"]) + 2 == len(list(full.parameters()))
+    groups = {group["lr"]: group["params"] for group in adam(full, config).param_groups}
+    assert sorted(groups) == [1e-4, 5e-3, 2e-2]
+    assert [tuple(parameter.shape) for parameter in groups[1e-4]] == [(36, 32), (36,)]
+    assert len(groups[2e-2]) + 2 == len(list(full.decoder.parameters()))
+    assert sum(map(len, groups.values())) == len(list(full.parameters()))
 
 
 def test_only_a_model_of_varying_light_has_heads_for_it() -> None:

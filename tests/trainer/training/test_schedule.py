@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from trainer.config import LossConfig
-from trainer.training.schedule import weights_at
+from trainer.config import LossConfig, OptimiserConfig
+from trainer.training.schedule import falling, weights_at
 
 CONFIG = LossConfig(
     kl_weight=3.0,
@@ -46,3 +46,13 @@ def test_what_weighs_sums_over_pixels_grows_with_their_number() -> None:
     assert quarter == pytest.approx(
         [value / 4 for value in whole[:3]] + [whole[3]] + [value / 4 for value in whole[4:]]
     )
+
+
+def test_learning_rates_fall_along_half_a_cosine_at_the_end() -> None:
+    config = OptimiserConfig(steps=1000, falling_share=0.4)
+    assert [falling(config, step) for step in (0, 600)] == [1, 1]
+    assert falling(config, 700) == pytest.approx(0.5 * (1 + math.cos(math.pi / 4)))
+    assert falling(config, 800) == pytest.approx(0.5)
+    assert 0 < falling(config, 999) < 1e-4
+    assert falling(OptimiserConfig(steps=1000), 999) == 1
+    assert falling(OptimiserConfig(steps=1000, falling_share=1), 500) == pytest.approx(0.5)
