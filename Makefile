@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-parsimony bench-refinement bench-training fuzz
+	bench-ceilings bench-parsimony bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -91,6 +91,9 @@ bench-soak: $(VENV)/.bench  ## the service under load for long: 64 clients, twic
 
 fuzz: $(VENV)/.bench  ## 100,000 more executions of a coverage-guided fuzzer on pictures and bundles (docs/results/fuzz.json)
 	$(BIN)/python -m benchmarks.fuzz
+
+bench-ceilings: install  ## how far meshes of each kind can come at all (docs/results/ceilings.json; about 20 minutes)
+	$(BIN)/python -m benchmarks.ceilings
 
 bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost and save (docs/results/parsimony.json)
 	$(BIN)/python -m benchmarks.parsimony

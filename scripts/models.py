@@ -1,13 +1,13 @@
 """Makes the models that ship: for each class, candidates are trained without labels, and the best becomes a bundle.
 
     WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
-    WORK/runs/<model>/<candidate>/  the trainings
+    WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened
     OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and samples
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
 
-Candidates are trained for a while and compared on validation pictures, and the best goes on to the end; test pictures
-and real meshes are only looked at afterwards. Each model is there as soon as its training has ended, and the same
-command goes on where it was interrupted. Everything goes through the command lines that a user has.
+Candidates are trained for a while and compared on validation pictures, and the best is trained anew, to the end; test
+pictures and real meshes are only looked at afterwards. Each model is there as soon as its training has ended, and the
+same command goes on where it was interrupted. Everything goes through the command lines that a user has.
 """
 
 import argparse
@@ -109,6 +109,10 @@ class Workshop:
     def run_directory(self, model: Model, candidate: str) -> Path:
         return self.work / "runs" / model.name / candidate
 
+    def screening_directory(self, model: Model, candidate: str) -> Path:
+        """Apart: learning rates may fall towards the last step, and what has been screened cannot go on as if not."""
+        return self.run_directory(model, f"{candidate}-screened")
+
     def bundle(self, model: Model) -> Path:
         """Those of other lights stand apart: the service takes one model of a category."""
         usual = model.name == model.category
@@ -158,10 +162,11 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
     found: dict[str, float] = {}
     if len(model.candidates) > 1:
         for candidate in model.candidates:
-            train(workshop, model, candidate, min(workshop.screening_steps, workshop.steps_of(model)))
+            steps = min(workshop.screening_steps, workshop.steps_of(model))
+            train(workshop, model, candidate, steps, workshop.screening_directory(model, candidate))
             found[candidate] = screened(workshop, model, candidate)
     chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
-    train(workshop, model, chosen, workshop.steps_of(model))
+    train(workshop, model, chosen, workshop.steps_of(model), workshop.run_directory(model, chosen))
     return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
 
 
@@ -177,9 +182,8 @@ def training_options(model: Model, candidate: str) -> list[str]:
     return ["--class", model.category, "--model.parameterisation", candidate, *model.options]
 
 
-def train(workshop: Workshop, model: Model, candidate: str, steps: int) -> None:
+def train(workshop: Workshop, model: Model, candidate: str, steps: int, directory: Path) -> None:
     """Trains to that step, from where it was."""
-    directory = workshop.run_directory(model, candidate)
     if (directory / "checkpoint.safetensors").exists():
         if progress(directory)["step"] >= steps:
             return
@@ -193,7 +197,7 @@ def train(workshop: Workshop, model: Model, candidate: str, steps: int) -> None:
 
 def screened(workshop: Workshop, model: Model, candidate: str) -> float:
     """A candidate's IoU on validation pictures after the first steps."""
-    directory, validation = workshop.run_directory(model, candidate), workshop.pictures_of(model, "validation")
+    directory, validation = workshop.screening_directory(model, candidate), workshop.pictures_of(model, "validation")
     if not (directory / "screening" / "metrics.json").exists():
         judge(directory, "screening", validation, "--images", validation)
     figures = json.loads((directory / "screening" / "metrics.json").read_text())

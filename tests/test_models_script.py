@@ -39,7 +39,11 @@ class Commands:
             self.judged.append(output.name)
             step = json.loads((directory / "metrics.jsonl").read_text())["step"]
             output.mkdir(parents=True, exist_ok=True)
-            told = {**dict.fromkeys(self.figures, 0.5), "iou": OVERLAPS[directory.name], "step": step}
+            told = {
+                **dict.fromkeys(self.figures, 0.5),
+                "iou": OVERLAPS[directory.name.removesuffix("-screened")],
+                "step": step,
+            }
             (output / "metrics.json").write_text(json.dumps(told))
             (output / "sheet.png").write_text(f"{directory.name}, {output.name}")
 
@@ -69,9 +73,10 @@ def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     return made
 
 
-def test_all_candidates_begin_and_the_best_goes_on(make: Callable[..., Commands], tmp_path: Path) -> None:
+def test_all_candidates_are_screened_and_the_best_is_trained(make: Callable[..., Commands], tmp_path: Path) -> None:
     commands = make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
-    assert commands.trained == [("subdivision", 20, False), ("full-block", 20, False), ("full-block", 50, True)]
+    screened = [("subdivision-screened", 20, False), ("full-block-screened", 20, False)]
+    assert commands.trained == [*screened, ("full-block", 50, False)]
     assert commands.judged == ["screening", "screening", "test"]
     assert (tmp_path / "models/sofa/manifest.json").read_text().endswith("runs/sofa/full-block")
     assert (tmp_path / "models/sofa.png").read_text() == "full-block, test"
