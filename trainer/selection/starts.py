@@ -105,11 +105,11 @@ def _begun(
     judged: Float[Tensor, "N 3 H W"],
 ) -> Start:
     directory = _directory(run_directory, config)
-    first = replace(config, optimiser=replace(config.optimiser, steps=_first_steps(config)))
+    first = _first_steps(config)
     begun = (directory / FILE_NAME).exists()
     try:
-        last = train(first, images, category, directory, intervals, begun, _to_nobody, provenance)
-        if last.step < first.optimiser.steps:
+        last = train(config, images, category, directory, intervals, begun, _to_nobody, provenance, first)
+        if last.step < first:
             raise KeyboardInterrupt
         bound = _bound(last, judged)
     except (DataError, FloatingPointError) as error:

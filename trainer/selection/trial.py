@@ -51,7 +51,8 @@ def _trained(selection: Selection, task: Task, images: ImageSet) -> Checkpoint:
             f"Expected a training of {task.step} steps at most in {directory}, found {step}: something else has gone "
             "on with it. Delete that folder, and call again."
         )
-    part = replace(config, optimiser=replace(config.optimiser, steps=task.step))
+    # Learning rates do not fall while candidates are compared: which step is a candidate's last is not known yet.
+    part = replace(config, optimiser=replace(config.optimiser, steps=task.step, falling_share=0.0))
     provenance = {"images": str(selection.images.resolve())}
     last = train(part, images, selection.category, directory, Intervals(), begun, _to_nobody, provenance)
     if last.step < task.step:

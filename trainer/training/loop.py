@@ -57,14 +57,16 @@ def train(
     resume: bool,
     report: Callable[[int, dict[str, float]], None],
     provenance: dict[str, Any],
+    until: int | None = None,
 ) -> Checkpoint:
     """Trains in `run_directory` and returns the last checkpoint, which is also written there.
 
     `images` are a folder's, of which `config.validation_share` is held out here, or a source that has seen to that.
     `report` is called after every logged step with the step and its figures; `provenance` (where the pictures came
-    from) is kept in the checkpoint. Ctrl-C finishes the step, saves and returns. A step without a finite gradient
-    changes nothing, and is noted. The same seed, pictures, threads and machine give the same result, also through
-    `resume`. Processes that train together (`trainer.processes`) all call this; the first of them writes and reports.
+    from) is kept in the checkpoint. `until` is a step to halt at, from where a later call resumes. Ctrl-C finishes the
+    step, saves and returns. A step without a finite gradient changes nothing, and is noted. The same seed, pictures,
+    threads and machine give the same result, also through `resume`. Processes that train together
+    (`trainer.processes`) all call this; the first of them writes and reports.
 
     Raises:
         ConfigError: settings that do not go together, or a run directory that holds another training.
@@ -89,7 +91,7 @@ def train(
     geometry, shown = fixed_geometry(model, scene, config.loss), source.shown()
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     taking, first = stepping(model), processes.number() == 0
-    step, skipped = start, 0
+    step, skipped, end = start, 0, min(until or config.optimiser.steps, config.optimiser.steps)
 
     def checkpoint() -> Checkpoint:
         pictures = {"pictures": source.training, "validation_pictures": source.validation}
@@ -101,7 +103,7 @@ def train(
         interruptible() as interrupted,
         closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as minibatches,
     ):
-        while step < config.optimiser.steps and not processes.anywhere(interrupted()):
+        while step < end and not processes.anywhere(interrupted()):
             batch, azimuths, generator = next(minibatches)
             truth = true_azimuths(config.loss, azimuths)
             weights = weights_at(config.loss, step, config.width, config.height)
@@ -119,7 +121,7 @@ def train(
                 _note_skipped(journal, step, skipped)
             else:
                 skipped = 0
-                last_step = step == config.optimiser.steps
+                last_step = step == end
                 closer = step % intervals.preview == 0
                 if step % intervals.log == 0 or closer or last_step:
                     close = health_of(model, scene, shown, partial(forward, model, *seen)) if closer else {}

@@ -11,7 +11,7 @@ from trainer.geometry.blocks import chamfered_cube, loose_cluster
 from trainer.geometry.normals import vertex_normals
 from trainer.model.block_decoder import SMALLEST_SIDE, BlockDecoder
 from trainer.model.vae import Model, decoder_of
-from trainer.training.optimiser import adam
+from trainer.training.optimiser import adam, at_step
 
 
 @pytest.mark.parametrize(("kind", "blocks"), [("ortho-block", 6), ("full-block", 12)])
@@ -73,6 +73,15 @@ def test_upright_blocks_have_no_angles_and_rotations_a_learning_rate_of_their_ow
     assert [tuple(parameter.shape) for parameter in groups[1e-4]] == [(36, 32), (36,)]
     assert len(groups[2e-2]) + 2 == len(list(full.decoder.parameters()))
     assert sum(map(len, groups.values())) == len(list(full.parameters()))
+
+
+def test_all_learning_rates_fall_alike_and_are_those_of_the_step() -> None:
+    channels = (4, 4, 4, 4, 4, 4)
+    config = OptimiserConfig(decoder_factor=4, falling_share=0.4, steps=10)
+    optimiser = adam(Model(ModelConfig(parameterisation="ortho-block", encoder_channels=channels), 32, 24), config)
+    for step, rate in ((8, 5e-4), (0, 1e-3)):
+        rates = [group["lr"] for group in at_step(optimiser, config, step).param_groups]
+        assert rates == pytest.approx([rate, 4 * rate])
 
 
 def test_only_a_model_of_varying_light_has_heads_for_it() -> None:
