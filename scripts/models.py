@@ -69,21 +69,12 @@ class Model:
 CARS = ("subdivision",)
 # What is made of many thin parts gains most by more pixels and steps.
 BLOCKS = ("ortho-block", "full-block")
-FURNITURE = {
-    category: Model(category, category, candidates=BLOCKS, preset="best", steps=2000) for category in ("chair", "table")
-}
-# Parts that stand far out of the cube that shapes begin as are found sooner by a faster decoder.
+FURNITURE = {name: Model(name, name, candidates=BLOCKS, preset="best", steps=2000) for name in ("chair", "table")}
+# What is long or wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
 FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
+LONG = {name: Model(name, name, preset="best", steps=1500, options=FAST) for name in ("rifle", "vessel")}
 MODELS = (
-    *(
-        FURNITURE.get(category)
-        or (
-            Model(category, category)
-            if category == "car"
-            else Model(category, category, preset="best", steps=1500, options=FAST)
-        )
-        for category in CATEGORIES
-    ),
+    *({**FURNITURE, **LONG}.get(name) or Model(name, name) for name in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
     # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
