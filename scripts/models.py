@@ -72,7 +72,9 @@ BLOCKS = ("ortho-block", "full-block")
 FURNITURE = {name: Model(name, name, candidates=BLOCKS, preset="best", steps=2000) for name in ("chair", "table")}
 # What is long or wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
 FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
-LONG = {name: Model(name, name, preset="best", steps=1500, options=FAST) for name in ("rifle", "vessel", "sofa")}
+LONG = {
+    name: Model(name, name, preset="best", steps=1500, options=FAST) for name in ("bathtub", "rifle", "sofa", "vessel")
+}
 MODELS = (
     *({**FURNITURE, **LONG}.get(name) or Model(name, name) for name in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
