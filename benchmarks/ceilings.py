@@ -49,7 +49,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="*", default=list(CATEGORIES), help="classes")
     parser.add_argument("--kinds", nargs="*", default=["subdivision", "full-block"], choices=KINDS, help="of meshes")
-    parser.add_argument("--objects", type=int, default=12, help="of each class")
+    parser.add_argument("--objects", type=int, default=8, help="of each class")
     parser.add_argument("--views", type=int, default=12, help="pictures of each object")
     parser.add_argument("--width", type=int, default=64, help="of the pictures; the height is three quarters")
     parser.add_argument("--steps", type=int, default=300, help="of Adam")
@@ -89,8 +89,8 @@ def fitted(category: str, kind: str, scene: SceneConfig, objects: int, views: in
     images = torch.from_numpy(decode_table()[np.stack(pictures).transpose(0, 3, 1, 2)])
     vertices, faces = learnt(KINDS[kind], scene, images, azimuths.repeat(objects), objects, steps)
     return [
-        float(iou(occupy(learnt.double().numpy(), faces).full, fill(shape.vertices, shape.faces).full))
-        for learnt, shape in zip(vertices, shapes, strict=True)
+        float(iou(occupy(found.double().numpy(), faces).full, fill(shape.vertices, shape.faces).full))
+        for found, shape in zip(vertices, shapes, strict=True)
     ]
 
 
