@@ -1,0 +1,144 @@
+"""The tables of docs/results.md, and README's of the models, say what the committed figures say."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+RESULTS = (ROOT / "docs" / "results.md").read_text()
+
+
+def figures(path: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((ROOT / path).read_text())
+    return found
+
+
+SHIPPED = figures("models/figures.json")
+REFINED = figures("benchmarks/refinement.json")["models"]
+CEILINGS = figures("docs/results/ceilings.json")["iou"]
+
+
+def section(title: str) -> str:
+    """From that heading to the next one."""
+    return RESULTS.split(f"\n## {title}\n", 1)[1].split("\n## ", 1)[0]
+
+
+def rows(text: str) -> dict[str, list[str]]:
+    """The cells of each line of the tables in a text, after the first cell, by that."""
+    lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in re.findall(r"^\|.*\|$", text, re.M)]
+    return {cells[0]: cells[1:] for cells in lines if cells[0] and not set(cells[0]) <= set("-:")}
+
+
+def guesses(judged: dict[str, Any]) -> str:
+    return f"{judged['mean_shape_iou']:.2f} / {judged['nearest_neighbour_iou']:.2f}"
+
+
+def shape(judged: dict[str, Any]) -> list[str]:
+    return [f"{judged[name]:.2f}" for name in ("iou", "mean_shape_iou", "nearest_neighbour_iou")]
+
+
+def pose(judged: dict[str, Any]) -> list[str]:
+    return [f"{judged['symmetric_azimuth_error_degrees']:.1f}°", f"{judged['symmetric_azimuth_accuracy']:.2f}"]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_models_that_ship(name: str) -> None:
+    told, test, real = (
+        rows(section("The models that ship"))[name],
+        SHIPPED[name]["test"],
+        SHIPPED[name]["real_meshes"],
+    )
+    assert [*told[:3], *told[4:]] == [
+        *shape(test),
+        *pose(test),
+        f"{test['flipped']:.2f}",
+        f"{test['azimuth_calibration_error']:.2f}",
+        *shape(real),
+        f"{real['objects']}",
+    ]
+
+
+def test_every_model_that_ships_is_in_the_table() -> None:
+    assert rows(section("The models that ship")).keys() == SHIPPED.keys()
+
+
+@pytest.mark.parametrize("name", sorted(set(SHIPPED) & set(REFINED)))
+def test_the_readme_s_table(name: str) -> None:
+    told = rows((ROOT / "README.md").read_text())[name]
+    test, real = SHIPPED[name]["test"], SHIPPED[name]["real_meshes"]
+    assert told == [f"{test['iou']:.2f}", guesses(test), *pose(test), f"{real['iou']:.2f}", guesses(real)]
+
+
+@pytest.mark.parametrize("name", CEILINGS)
+def test_how_far_such_meshes_can_come(name: str) -> None:
+    told = rows(section("How far such meshes can come"))[name]
+    shipped = f"{SHIPPED[name]['test']['iou']:.2f} ({SHIPPED[name]['parameterisation']})"
+    assert told[:3] == [f"{CEILINGS[name]['subdivision']:.2f}", f"{CEILINGS[name]['full-block']:.2f}", shipped]
+
+
+@pytest.mark.parametrize("name", REFINED)
+def test_a_longer_look(name: str) -> None:
+    (encoded, refined), (real, real_refined) = (
+        (REFINED[name][part]["encoded"], REFINED[name][part]["refined"]) for part in ("test", "real_meshes")
+    )
+    assert rows(section("A longer look"))[name] == [
+        f"{encoded['iou']:.2f} → {refined['iou']:.2f}",
+        *(f"{before} → {after}" for before, after in zip(pose(encoded), pose(refined), strict=True)),
+        f"{encoded['azimuth_calibration_error']:.2f} → {refined['azimuth_calibration_error']:.2f}",
+        f"{real['iou']:.2f} → {real_refined['iou']:.2f}",
+        guesses(real),
+        f"{pose(real)[0]} → {pose(real_refined)[0]}",
+    ]
+
+
+@pytest.mark.parametrize(("row", "file"), re.findall(r"^\| ([^|]*) \(\[json\]\((results/\S+)\)\) \|", RESULTS, re.M))
+def test_the_demo_s_recipe(row: str, file: str) -> None:
+    table = section("The demo's recipe, without any label").splitlines()
+    judged = figures(f"docs/{file}")
+    start = next(index for index, line in enumerate(table) if line.startswith(f"| {row} "))
+    for line, part in zip(table[start : start + 2], ("procedural", "real"), strict=True):
+        low, high = judged[part]["iou_interval"]
+        assert [cell.strip() for cell in line.strip("|").split("|")][2:] == [
+            f"{judged[part]['iou']:.2f} [{low:.2f}, {high:.2f}]",
+            f"{judged[part]['mean_shape_iou']:.2f}",
+            f"{judged[part]['nearest_neighbour_iou']:.2f}",
+            f"{judged[part]['azimuth_error_degrees']:.1f}°",
+            f"{judged[part]['azimuth_accuracy']:.2f}",
+            f"{judged[part]['flipped']:.2f}",
+            f"{judged[part]['chamfer_distance']:.3f}",
+        ]
+
+
+def test_the_decoder_s_rate() -> None:
+    """The figures of the paragraph are those of its trainings, told by class, poses, rate, decoder's factor and fall."""
+    trainings = {
+        (one["class"], one["poses"], one["learning_rate"], one["decoder_factor"], one["falling_share"]): one
+        for one in figures("docs/results/decoder-rate.json")["trainings"]
+        if one["width"] == 48 and one["kl_weight"] == 8
+    }
+
+    def value(name: str, *key: Any) -> float:
+        return float(trainings[key][name])
+
+    def change(name: str, category: str, places: int) -> str:
+        slow, fast = ((category, "none", 0.001, *rest) for rest in ((1, 0.0), (4, 0.5)))
+        return f"{value(name, *slow):.{places}f}{{}} → {value(name, *fast):.{places}f}{{}}"
+
+    given = ("airplane", "given")
+    slow, fast, decoder = (*given, 0.001, 1, 0.0), (*given, 0.003, 1, 0.0), (*given, 0.001, 5, 0.0)
+    text = " ".join(section("The models that ship").split())
+    distance = "chamfer_distance"
+    assert f"(IoU {value('iou', *slow):.2f}, Chamfer distance {value(distance, *slow):.3f})" in text
+    assert f"{value('iou', *fast):.2f}" == f"{value('iou', *decoder):.2f}"
+    assert f"({value('iou', *fast):.2f}, {value(distance, *fast):.3f} and {value(distance, *decoder):.3f})" in text
+    assert f"with ten times everywhere, {value('iou', *given, 0.01, 1, 0.0):.2f}" in text
+    rifles = f"({change('iou', 'rifle', 2)}, Chamfer distance {change(distance, 'rifle', 3)})"
+    assert rifles.replace("{}", "") in text
+    for name in ("car", "chair"):
+        error = change("symmetric_azimuth_error_degrees", name, 1).format("°", "°")
+        assert re.search(re.escape(f"({change('iou', name, 2).format('', '')}, ") + f"(error )?{error}\\)", text)
+    flipped = value("flipped", "airplane", "none", 0.001, 4, 0.0)
+    assert f"{flipped:.0%} of them are flipped".replace("%", " %") in text
