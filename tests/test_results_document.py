@@ -113,7 +113,7 @@ def test_the_demo_s_recipe(row: str, file: str) -> None:
 
 
 def test_the_decoder_s_rate() -> None:
-    """The figures of the paragraph are those of its trainings, told by class, poses, rate, decoder's factor and fall."""
+    """Trainings are told by class, poses, learning rate, decoder's factor and falling share."""
     trainings = {
         (one["class"], one["poses"], one["learning_rate"], one["decoder_factor"], one["falling_share"]): one
         for one in figures("docs/results/decoder-rate.json")["trainings"]
