@@ -34,7 +34,7 @@ class Budget:
 
 BUDGETS: dict[BudgetName, Budget] = {
     "small": Budget(16, 2, 40, 4, False, 200, 20, 1, 24, 1),
-    "full": Budget(100, 4, 200, 30, True, 4000, 300, 2, 100, 4),
+    "full": Budget(100, 4, 200, 30, True, 4000, 300, 3, 100, 4),
 }
 
 
