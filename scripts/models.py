@@ -72,11 +72,13 @@ BLOCKS = ("ortho-block", "full-block")
 FURNITURE = {name: Model(name, name, candidates=BLOCKS, preset="best", steps=2000) for name in ("chair", "table")}
 # What is long or wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
 FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
+# Wings may be before or behind the middle.
+AIRPLANE = Model("airplane", "airplane", preset="best", steps=3000, options=(*FAST, "--model.centred"))
 LONG = {
     name: Model(name, name, preset="best", steps=1500, options=FAST) for name in ("bathtub", "rifle", "sofa", "vessel")
 }
 MODELS = (
-    *({**FURNITURE, **LONG}.get(name) or Model(name, name) for name in CATEGORIES),
+    *({**FURNITURE, **LONG, "airplane": AIRPLANE}.get(name) or Model(name, name) for name in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
     # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),

@@ -78,6 +78,10 @@ class ModelConfig:
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
     blocks: int = 0
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
+    centred: bool = False
+    """Every shape is moved until the middle of its bounding box is the origin, and training compares views with
+    pictures wherever in these they lie. For classes whose bulk may be before or behind that middle, as the wings of
+    aeroplanes: it decides between front and back otherwise, before tail and nose are seen."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     light: Literal["fixed", "varying"] = "fixed"

@@ -67,7 +67,8 @@ def from_bundle(directory: Path) -> Subject:
         centres = torch.tensor(manifest["azimuth_bin_centres_degrees"], dtype=torch.float32).deg2rad()
         training = manifest["training"]
         summary = {"step": training["step"], "seconds": training["run"]["seconds"]}
-        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary)
+        centred = bool(training["config"]["model"].get("centred", False))
+        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary, centred)
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         raise CheckpointError(
             f"{directory / MANIFEST_FILE}: expected a bundle's manifest, found {type(error).__name__}: {error}. "

@@ -15,6 +15,7 @@ from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, neare
 from trainer.model.posterior import Posterior, pooled_over_views
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import renderer
+from trainer.training.centring import moved_onto
 from trainer.training.views import Views, bin_views, views_at
 
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
@@ -79,6 +80,8 @@ def forward(
 
     def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None) -> Views:
         everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
+        if model.config.centred:
+            everywhere = moved_onto(everywhere, images, model.faces)
         return everywhere if known is None else views_at(everywhere, known)
 
     views, log_rho = hypotheses(azimuth_fine, light_fine), coarse_log_rho(posterior, known)
