@@ -11,10 +11,10 @@ from trainer.training.views import Views
 def moved_onto(views: Views, images: Float[Tensor, "B 3 H W"], faces: Int64[Tensor, "F 3"]) -> Views:
     """Each view shifted on the screen until its centre of brightness is the picture's. Differentiable.
 
-    The camera looks at the middle of an object's bounding box. Where its bulk lies off that middle (an aeroplane's
+    The camera looks at the middle of an object's bounding box. Where the bulk lies off that middle (an aeroplane's
     wings), turning the shape round moves most of what is seen, and that decides between front and back before tail
-    and nose are seen at all. The view's centre is that of the faces that look at the camera, by their area and mean
-    colour, hidden ones included; of several lights, by their mean.
+    and nose are seen at all (`model.centred`). The view's centre is that of the faces that look at the camera, by
+    their area and mean colour, hidden ones included; of several lights, by their mean.
     """
     aim = brightness_centre(images)[:, None]
     corners = views.screen[:, :, faces, :2]
