@@ -108,7 +108,7 @@ BUDGET ?= full
 frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full one to two hours of a core)
 	$(BIN)/python -m trainer frontier --budget $(BUDGET)
 
-stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; most of an hour)
+stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; one to two hours)
 	$(BIN)/python -m trainer render --class car --seed 1 --instances 200 --output out/stability/calibration
 	$(BIN)/python -m exporter --bundle models/car --images out/stability/calibration --precision int8 --output out/stability/car-int8
 	$(BIN)/python -m trainer stability --budget full --page docs/stability.template.md \
