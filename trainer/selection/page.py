@@ -13,7 +13,7 @@ from trainer.mapping import to_mapping
 from trainer.selection.bound import noise_variance
 from trainer.selection.candidates import Candidate
 from trainer.selection.choice import Choice
-from trainer.selection.halving import Rung
+from trainer.selection.halving import WARM_UP_STEPS, Rung
 from trainer.selection.record import Mean, Record, mean_of, paired, told
 from trainer.selection.selection import Selection
 from trainer.selection.size import Size
@@ -128,10 +128,17 @@ def conditions(found: Mapping[str, Any]) -> str:
     recipe, seconds = found["recipe"], found["budget"]["seconds"]
     time = f"{seconds / 60:g} minutes of a core in all" if seconds else "no limit of time"
     rungs = ", ".join(f"{rung['candidates']} to step {rung['step']}" for rung in found["rungs"])
+    short = ""
+    if seconds and found["rungs"][-1]["step"] <= WARM_UP_STEPS:
+        short = (
+            f" **That time was too short**: it was gone when {found['rungs'][0]['candidates']} candidates had made the "
+            f"{WARM_UP_STEPS} steps that tell their pace, and so few steps tell nothing else. Give more --minutes, or "
+            "fewer --forms, --latents or --lights, and another --output."
+        )
     return (
         f"Chosen: **{found['chosen']}**. {found['pictures']} pictures to train on, {found['held_out_pictures']} "
         f"pictures of {found['held_out_objects']} other objects held out; {recipe['width']} × {recipe['height']}, seed "
-        f"{recipe['seed']}, {time}. Trained: {rungs}."
+        f"{recipe['seed']}, {time}. Trained: {rungs}.{short}"
     )
 
 

@@ -12,7 +12,7 @@ from trainer.config import SceneConfig
 from trainer.presets import load_preset
 from trainer.selection.choice import choose
 from trainer.selection.halving import Budget, Rung
-from trainer.selection.page import as_json, as_markdown, table_lines
+from trainer.selection.page import as_json, as_markdown, conditions, table_lines
 from trainer.selection.record import Mean, Record, mean_of, told
 from trainer.selection.selection import Selection
 from trainer.selection.size import size_of
@@ -62,3 +62,12 @@ def test_the_page_is_read_off_the_json() -> None:
     bound = told(mean_of(HARD + 0.9 + WOBBLE))
     assert f"| 500 | {bound} | 0.10 ± 0.38 | 0.0 | the smallest of those within a standard error" in lines[3]
     assert lines[5].endswith("| – | – | – | – | failed on the way to step 250: no finite gradients |")
+
+
+def test_the_page_says_when_the_time_told_nothing() -> None:
+    figures = found()
+    assert "too short" not in conditions(figures)
+    for rung in figures["rungs"]:
+        rung["step"] = 25
+    assert "it was gone when 4 candidates had made the 25 steps that tell their pace" in conditions(figures)
+    assert "too short" not in conditions({**figures, "budget": {**figures["budget"], "seconds": None}})
