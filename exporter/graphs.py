@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from trainer.geometry.conventions import centred_on_box, rotation_about_y, wrap_angle
+from trainer.geometry.conventions import rotation_about_y, wrap_angle
 from trainer.model.posterior import bin_centres, light_bin_centres, most_probable_azimuth, most_probable_light
 from trainer.model.vae import Model
 
@@ -64,8 +64,6 @@ class DecoderGraph(nn.Module):
     def forward(self, shape_codes: Float[Tensor, "B Z"]) -> tuple[Tensor, Tensor]:
         """Vertices [B, V, 3] and unit normals [B, V, 3]; where the surface has no area, the normal is +Y."""
         vertices = self.model.decode(shape_codes) @ self.rotation.T
-        if self.model.config.centred:
-            vertices = centred_on_box(vertices)  # of the turned box, which is another
         normals = self.model.decoder.normals(shape_codes) @ self.rotation.T
         length = normals.square().sum(-1, keepdim=True).sqrt()
         return vertices, torch.where(length > 0.5, normals / length, self.up)

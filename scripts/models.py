@@ -73,7 +73,7 @@ FURNITURE = {name: Model(name, name, candidates=BLOCKS, preset="best", steps=200
 # What is long or wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
 FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
 # Wings may be before or behind the middle.
-AIRPLANE = Model("airplane", "airplane", preset="best", steps=3000, options=(*FAST, "--model.centred"))
+AIRPLANE = Model("airplane", "airplane", preset="best", steps=2400, options=(*FAST, "--loss.moved-steps", "1500"))
 LONG = {
     name: Model(name, name, preset="best", steps=1500, options=FAST) for name in ("bathtub", "rifle", "sofa", "vessel")
 }

@@ -78,10 +78,6 @@ class ModelConfig:
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
     blocks: int = 0
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
-    centred: bool = False
-    """Every shape is moved until the middle of its bounding box is the origin, and training compares views with
-    pictures wherever in these they lie. For classes whose bulk may be before or behind that middle, as the wings of
-    aeroplanes: it decides between front and back otherwise, before tail and nose are seen."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     light: Literal["fixed", "varying"] = "fixed"
@@ -129,6 +125,10 @@ class LossConfig:
     the encoder has learnt from pictures that are clear then decides those that are not."""
     encoder_prior_steps: float = 500.0
     """Time constant with which that power grows from 0, steps: a young encoder knows nothing yet."""
+    moved_steps: int = 0
+    """Above 0, the E-step compares views with pictures wherever in these they lie (`training.moving`), and so does what
+    teaches the shape for so many steps; after them it also learns where it lies. For classes whose bulk may be before
+    or behind the middle, as the wings of aeroplanes."""
     distillation_weight: float = 80.0
     """Weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior (`exact` objective) or the poses
     that are given."""

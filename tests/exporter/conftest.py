@@ -17,12 +17,12 @@ from trainer.training.checkpoint import Checkpoint
 OFFSET = math.radians(25)
 
 
-def small_checkpoint(light: Literal["fixed", "varying"] = "fixed", *, centred: bool = False) -> Checkpoint:
+def small_checkpoint(light: Literal["fixed", "varying"] = "fixed") -> Checkpoint:
     torch.manual_seed(3)
     config = TrainConfig(
         width=64,
         height=48,
-        model=ModelConfig(latent=5, azimuth_bins=7, light=light, centred=centred, encoder_channels=(4, 4, 4, 8, 8, 8)),
+        model=ModelConfig(latent=5, azimuth_bins=7, light=light, encoder_channels=(4, 4, 4, 8, 8, 8)),
     )
     model = Model(config.model, config.width, config.height).eval()
     with torch.no_grad():

@@ -22,7 +22,6 @@ from service.inference import Engine, decode, encode, load_engine
 from service.manifest import ENCODER_OUTPUTS, LIGHT_OUTPUTS
 from tests.exporter.conftest import small_checkpoint
 from trainer.config import ModelConfig
-from trainer.data.picture import rotation_about_y
 from trainer.model.posterior import most_probable_light
 from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
@@ -129,23 +128,6 @@ def test_each_block_is_a_node_of_its_own(kind: Kind, blocks: int, tmp_path: Path
     nodes = [node for node in document["nodes"] if "mesh" in node]
     assert [node["name"] for node in nodes] == [block.name for block in manifest.blocks]
     assert [document["meshes"][node["mesh"]]["name"] for node in nodes] == [block.name for block in manifest.blocks]
-
-
-def test_shapes_of_a_centred_model_are_centred_in_the_frame_that_is_served(tmp_path: Path) -> None:
-    checkpoint = checkpoint_with(centred=True)
-    export(checkpoint, tmp_path / "car", math.radians(25), {})
-    engine = load_engine(read_bundle(tmp_path / "car"))
-    for seed in range(3):
-        code = np.random.default_rng(seed).normal(size=engine.manifest.latent).astype(np.float32)
-        with torch.no_grad():
-            own = checkpoint.model.decode(torch.tensor(code)[None])[0]
-        served = decode(engine, code).vertices
-        for vertices in (own.numpy(), served):
-            np.testing.assert_allclose(vertices.max(0), -vertices.min(0), atol=1e-6)
-        turned = own.numpy() @ rotation_about_y(math.radians(-25)).T
-        moved = served - turned
-        np.testing.assert_allclose(moved, moved[:1].repeat(len(moved), 0), atol=1e-5)
-        assert abs(moved).max() > 1e-4
 
 
 def test_a_bundle_of_varying_light_cannot_pass_for_one_of_fixed_light(tmp_path: Path) -> None:

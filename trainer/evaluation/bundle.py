@@ -67,8 +67,7 @@ def from_bundle(directory: Path) -> Subject:
         centres = torch.tensor(manifest["azimuth_bin_centres_degrees"], dtype=torch.float32).deg2rad()
         training = manifest["training"]
         summary = {"step": training["step"], "seconds": training["run"]["seconds"]}
-        centred = bool(training["config"]["model"].get("centred", False))
-        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary, centred)
+        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary)
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         raise CheckpointError(
             f"{directory / MANIFEST_FILE}: expected a bundle's manifest, found {type(error).__name__}: {error}. "

@@ -18,6 +18,7 @@ from jaxtyping import Float
 from numpy import ndarray
 from torch import Tensor
 
+from trainer.data.picture import rotation_about_y
 from trainer.evaluation.baselines import mean_shape_overlaps, nearest_neighbour_overlaps
 from trainer.evaluation.gallery import render
 from trainer.evaluation.metrics import (
@@ -35,7 +36,7 @@ from trainer.evaluation.metrics import (
 )
 from trainer.evaluation.pictures import Pictures, Validation, linear_batches, threads
 from trainer.evaluation.report import BaselineFigures, FrameFigures, Report
-from trainer.evaluation.subject import Prediction, Subject, in_class_frame, predict
+from trainer.evaluation.subject import Prediction, Subject, predict
 from trainer.evaluation.surface import agreement, visible_surface
 from trainer.evaluation.voxels import occupy
 
@@ -92,7 +93,8 @@ def fit_offset(subject: Subject, validation: Validation) -> float:
 
 
 def _likeness(subject: Subject, prediction: Prediction, pictures: Pictures, offset: float) -> Likeness:
-    turned = in_class_frame(subject, prediction, offset)
+    # The picture shows R(θ) v = R(θ + offset) R(-offset) v: in the class's frame the shape is R(-offset) v.
+    turned = prediction.vertices.double().numpy() @ rotation_about_y(-offset).T
     faces = subject.faces.numpy()
 
     def compare(number: int) -> tuple[float, float, float]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import torch
-from jaxtyping import Float, Float64, Int64, UInt8
+from jaxtyping import Float, Int64, UInt8
 from numpy import ndarray
 from torch import Tensor
 
@@ -13,7 +13,7 @@ from trainer.config import SceneConfig
 from trainer.errors import CheckpointError, ConfigError
 from trainer.evaluation.pictures import linear_batches
 from trainer.evaluation.refinement import Inference, refined
-from trainer.geometry.conventions import centred_on_box, rotation_about_y, wrap_angle
+from trainer.geometry.conventions import wrap_angle
 from trainer.model.posterior import bin_centres, most_probable_light
 from trainer.training.checkpoint import Checkpoint
 
@@ -52,8 +52,6 @@ class Subject:
     category: str
     training: dict[str, object]
     """How long it was trained: step, seconds."""
-    centred: bool = False
-    """Whether its shapes are to be centred on their bounding boxes, in whatever frame they are asked for."""
     refinement: int = 0
     """Iterations at test time (`trainer.evaluation.refinement`); 0 takes the encoder's word."""
 
@@ -83,8 +81,7 @@ def from_checkpoint(checkpoint: Checkpoint) -> Subject:
 
     training = {"step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
     centres = bin_centres(checkpoint.config.model.azimuth_bins, torch.zeros(()))
-    centred = model.config.centred
-    return Subject(infer, decode, model.faces, centres, checkpoint.scene, checkpoint.category, training, centred)
+    return Subject(infer, decode, model.faces, centres, checkpoint.scene, checkpoint.category, training)
 
 
 def answer(subject: Subject, images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
@@ -125,13 +122,3 @@ def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) 
             "an earlier checkpoint."
         )
     return prediction
-
-
-def in_class_frame(subject: Subject, prediction: Prediction, offset: float) -> Float64[ndarray, "N V 3"]:
-    """The predicted shapes with the azimuth offset of the model's canonical frame, radians, undone."""
-    # The picture shows R(θ) v = R(θ + offset) R(-offset) v: in the class's frame the shape is R(-offset) v.
-    turn = rotation_about_y(torch.tensor(-offset, dtype=torch.float64))
-    turned = prediction.vertices.double() @ turn.T
-    # The box of what is turned is another.
-    found: Float64[ndarray, "N V 3"] = (centred_on_box(turned) if subject.centred else turned).numpy()
-    return found

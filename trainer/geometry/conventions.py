@@ -33,11 +33,6 @@ def rotation_about_y(angle: Float[Tensor, "*N"]) -> Float[Tensor, "*N 3 3"]:
     return torch.stack(rows, -2)
 
 
-def centred_on_box(vertices: Float[Tensor, "*B V 3"]) -> Float[Tensor, "*B V 3"]:
-    """Each mesh moved until the middle of its bounding box is the origin."""
-    return vertices - (vertices.amax(-2, keepdim=True) + vertices.amin(-2, keepdim=True)) / 2
-
-
 def euler_rotation(angles: Float[Tensor, "*N 3"]) -> Float[Tensor, "*N 3 3"]:
     """R_y(a₀) · R_x(a₁) · R_z(a₂), each right-handed, for column vectors; radians."""
     # Turning all axes round by one place makes of a rotation about +Y one about +Z, and by two one about +X.

@@ -32,6 +32,8 @@ class LossWeights(NamedTuple):
     encoder_prior: float
     distillation: float
     laplacian: float
+    moved: bool = False
+    """Whether views are moved onto the pictures before the shape learns from them (`training.moving`)."""
 
 
 class LossTerms(NamedTuple):

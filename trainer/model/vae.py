@@ -6,7 +6,6 @@ from torch import Tensor, nn
 
 from trainer import processes
 from trainer.config import ModelConfig
-from trainer.geometry.conventions import centred_on_box
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
@@ -49,7 +48,7 @@ class Model(nn.Module):
     def decode(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""
         vertices: Tensor = self.decoder(shape_code)
-        return centred_on_box(vertices) if self.config.centred else vertices
+        return vertices
 
 
 def decoder_of(config: ModelConfig) -> Decoder:

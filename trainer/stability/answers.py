@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray
 
+from trainer.data.picture import rotation_about_y
 from trainer.evaluation.metrics import (
     CORRECT_WITHIN,
     accuracy,
@@ -20,7 +21,7 @@ from trainer.evaluation.metrics import (
 )
 from trainer.evaluation.pictures import Pictures, Validation, threads
 from trainer.evaluation.protocol import fit_offset
-from trainer.evaluation.subject import Prediction, Subject, in_class_frame, predict
+from trainer.evaluation.subject import Prediction, Subject, predict
 from trainer.evaluation.voxels import occupy
 from trainer.stability.explanation import (
     MOST_STRANGE,
@@ -145,7 +146,7 @@ def _compared(
 
 
 def _overlaps(examined: Examinee, pictures: Pictures, prediction: Prediction) -> Float[ndarray, "N"]:
-    turned = in_class_frame(examined.subject, prediction, examined.offset)
+    turned = prediction.vertices.double().numpy() @ rotation_about_y(-examined.offset).T
     faces = examined.subject.faces.numpy()
 
     def overlap(number: int) -> float:

@@ -15,7 +15,7 @@ from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, neare
 from trainer.model.posterior import Posterior, pooled_over_views
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import renderer
-from trainer.training.centring import moved_onto
+from trainer.training.moving import moved_onto
 from trainer.training.views import Views, bin_views, views_at
 
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
@@ -78,13 +78,13 @@ def forward(
     if processes.anywhere(not bool(vertices.isfinite().all())):
         raise FloatingPointError("expected finite vertices, found NaN or infinity")
 
-    def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None) -> Views:
+    def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None, moved: bool) -> Views:
         everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
-        if model.config.centred:
+        if moved:
             everywhere = moved_onto(everywhere, images, model.faces)
         return everywhere if known is None else views_at(everywhere, known)
 
-    views, log_rho = hypotheses(azimuth_fine, light_fine), coarse_log_rho(posterior, known)
+    views, log_rho = hypotheses(azimuth_fine, light_fine, weights.moved), coarse_log_rho(posterior, known)
     crease, eta = CREASES[config.antialias], binarisation(config)
     responsibility = None
     if log_rho[0].numel() == 1:
@@ -92,7 +92,9 @@ def forward(
     elif config.objective == "exact":
         with torch.no_grad():
             centred = hypotheses(
-                torch.zeros_like(azimuth_fine), None if light_fine is None else torch.zeros_like(light_fine)
+                torch.zeros_like(azimuth_fine),
+                None if light_fine is None else torch.zeros_like(light_fine),
+                moved=config.moved_steps > 0,
             )
             responsibility = e_step(config, weights, centred, log_rho, images, geometry.topology)
     if responsibility is not None:

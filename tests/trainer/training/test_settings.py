@@ -57,7 +57,7 @@ SETTINGS = {
     "latent of 1": Setting(model={"latent": 1}),
     "latent of 40": Setting(model={"latent": 40}),
     "no poses": Setting(loss=UNTOLD, optimiser=LONGER),
-    "no poses, centred": Setting(model={"centred": True}, loss=UNTOLD, optimiser=LONGER),
+    "no poses, moved": Setting(loss=UNTOLD | {"moved_steps": 80}, optimiser=LONGER),
     "no poses, varying colour": Setting(rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=LONGER),
 }
 

@@ -13,7 +13,7 @@ def moved_onto(views: Views, images: Float[Tensor, "B 3 H W"], faces: Int64[Tens
 
     The camera looks at the middle of an object's bounding box. Where the bulk lies off that middle (an aeroplane's
     wings), turning the shape round moves most of what is seen, and that decides between front and back before tail
-    and nose are seen at all (`model.centred`). The view's centre is that of the faces that look at the camera, by
+    and nose are seen at all (`loss.moved_steps`). The view's centre is that of the faces that look at the camera, by
     their area and mean colour, hidden ones included; of several lights, by their mean.
     """
     aim = brightness_centre(images)[:, None]

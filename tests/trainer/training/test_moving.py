@@ -4,13 +4,14 @@ import pytest
 import torch
 from torch import Tensor
 
-from trainer.config import SceneConfig
+from trainer.config import LossConfig, SceneConfig
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import subdivided_cube
 from trainer.rendering import reference
 from trainer.rendering.camera import project
 from trainer.rendering.lighting import shade
-from trainer.training.centring import brightness_centre, moved_onto
+from trainer.training.moving import brightness_centre, moved_onto
+from trainer.training.schedule import weights_at
 from trainer.training.views import Views
 
 SCENE = SceneConfig(width=32, height=24)
@@ -91,3 +92,9 @@ def test_a_black_picture_and_a_black_shape_stay_finite(box: Tensor) -> None:
     views = views_of(box)
     black = torch.zeros(1, 3, SCENE.height, SCENE.width, dtype=torch.float64)
     assert moved_onto(views._replace(colours=views.colours * 0), black, FACES).screen.isfinite().all()
+
+
+def test_a_shape_learns_from_moved_views_for_the_first_steps_only() -> None:
+    config = LossConfig(moved_steps=3)
+    assert [weights_at(config, step, 128, 96).moved for step in range(5)] == [True, True, True, False, False]
+    assert not weights_at(LossConfig(), 0, 128, 96).moved
