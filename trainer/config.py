@@ -126,9 +126,9 @@ class LossConfig:
     encoder_prior_steps: float = 500.0
     """Time constant with which that power grows from 0, steps: a young encoder knows nothing yet."""
     moved_steps: int = 0
-    """For so many steps, shapes learn from views that are moved onto their pictures (`training.moving`), afterwards also
-    where they lie; the E-step compares moved views throughout. 0 moves none. For classes whose bulk may be before or
-    behind the middle, as the wings of aeroplanes."""
+    """For so many steps, shapes learn from views that are moved onto their pictures (`training.moving`), afterwards
+    also where they lie; the E-step compares moved views throughout. 0 moves none. For classes whose bulk may be before
+    or behind the middle, as the wings of aeroplanes."""
     distillation_weight: float = 80.0
     """Weight of the cross-entropy that teaches the encoder's ρ the E-step's posterior (`exact` objective) or the poses
     that are given."""
