@@ -117,9 +117,10 @@ def _with_latent(model: Model, latent: Sequence[int]) -> Model:
 
 
 def _with_blocks(model: Model, blocks: Sequence[int]) -> Model:
-    """The same model with some of its blocks only."""
+    """The same model with some of its blocks only. Rows that were tied (`trainer.model.mirror`) are written out."""
     decoder = model.decoder
     if not isinstance(decoder, BlockDecoder):
+        decoder.displacements = _rows(decoder.displacements, range(decoder.displacements.out_features))
         return model
     rows = [3 * block + axis for block in blocks for axis in range(3)]
     decoder.offsets, decoder.scales = _rows(decoder.offsets, rows), _rows(decoder.scales, rows)

@@ -78,6 +78,9 @@ class ModelConfig:
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
     blocks: int = 0
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
+    symmetry: Literal["none", "mirror"] = "none"
+    """`mirror` makes every shape its own mirror image, left to right: the decoder learns half as much. The second half
+    of blocks are then the images of the first."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     light: Literal["fixed", "varying"] = "fixed"

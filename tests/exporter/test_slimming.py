@@ -144,6 +144,22 @@ def test_blocks_that_never_show_go(kind: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(found.normals, upright[24:72], atol=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["subdivision", "ortho-block", "full-block"])
+def test_mirrored_shapes_come_out_as_they_are(kind: str, tmp_path: Path) -> None:
+    """A bundle has all vertices, also those that were not learnt by themselves."""
+    blocks = 0 if kind == "subdivision" else 3
+    checkpoint = checkpoint_with(parameterisation=kind, blocks=blocks, symmetry="mirror")
+    manifest = export(checkpoint, tmp_path / "car", 0.0, {})
+    assert manifest.parsimony is not None
+    assert manifest.parsimony.removed_blocks == ()
+    engine = load_engine(read_bundle(tmp_path / "car"))
+    codes = torch.randn(4, 5)
+    with torch.no_grad():
+        expected = checkpoint.model.decode(codes).numpy()
+    for code, vertices in zip(codes.numpy(), expected, strict=True):
+        np.testing.assert_allclose(decode(engine, code).vertices, vertices, atol=1e-5)
+
+
 def test_a_block_that_shows_once_in_a_while_stays() -> None:
     checkpoint = checkpoint_with(parameterisation="ortho-block", blocks=2)
     decoder = with_blocks_placed(checkpoint, {0: (0.0, -2.0), 1: (0.0, 2.0)})

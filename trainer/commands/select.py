@@ -20,7 +20,7 @@ from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
 from trainer.presets import load_preset
 from trainer.selection.bound import empty_log_likelihood
-from trainer.selection.candidates import Candidate, Light, config_of, grid
+from trainer.selection.candidates import Candidate, Light, Symmetry, config_of, grid
 from trainer.selection.choice import choose
 from trainer.selection.halving import Budget, halve
 from trainer.selection.held_out import by_object, check_split, held_out
@@ -60,6 +60,8 @@ class SelectCommand:
     """Sizes of the shape code."""
     lights: tuple[Light, ...] = ("fixed", "varying")
     """Whether the lights stand still, or turn by an angle that is inferred from each picture."""
+    symmetries: tuple[Symmetry, ...] = ("none", "mirror")
+    """Whether shapes are free, or their own mirror images, left to right."""
     preset: str = "quick"
     """Named settings, or a TOML file, that all candidates share; its --model.* as far as no option here sets it."""
     steps: int = 0
@@ -138,7 +140,7 @@ class SelectCommand:
         recipe = self._recipe()
         category = self.category or self.images.resolve().name
         check_category(category)
-        candidates = grid(self.forms, self.latents, self.lights)
+        candidates = grid(self.forms, self.latents, self.lights, self.symmetries)
         for candidate in candidates:
             config_of(candidate, recipe)
         return Selection(

@@ -11,6 +11,7 @@ from trainer.geometry.blocks import chamfered_cube, loose_cluster
 from trainer.geometry.conventions import euler_rotation
 from trainer.geometry.normals import vertex_normals
 from trainer.model.decoder import DISPLACEMENT_UNIT, INITIAL_SPREAD, Part
+from trainer.model.mirror import COORDINATES, ROTATIONS, SCALES, mirrored_pairs, reflected, tie
 
 # A block without extent has no normals.
 SMALLEST_SIDE = 1e-3
@@ -23,7 +24,8 @@ class BlockDecoder(nn.Module):
 
     Scales are a softplus, so that they are positive, and no side is shorter than SMALLEST_SIDE, in diagonals of the
     object; the other parameters are free. Starts at (almost) a loose cluster
-    of upright cubes. Each block has 24 vertices and 44 faces of its own, and blocks may overlap.
+    of upright cubes. Each block has 24 vertices and 44 faces of its own, and blocks may overlap. If `mirrored`, the
+    second half of them are the mirror images in x of the first, and the last of an odd number is its own.
     """
 
     base_vertices: Tensor
@@ -31,10 +33,15 @@ class BlockDecoder(nn.Module):
     corners: Tensor
     locations: Tensor
 
-    def __init__(self, latent: int, hidden: int, blocks: int, side: float, turning: bool) -> None:
+    def __init__(
+        self, latent: int, hidden: int, blocks: int, side: float, turning: bool, mirrored: bool = False
+    ) -> None:
         super().__init__()
         block = chamfered_cube()
         centres, self.block_side = loose_cluster(blocks, side)
+        mirror = mirrored_pairs(blocks)
+        if mirrored:
+            centres = reflected(centres, mirror, COORDINATES)
         self.register_buffer("corners", torch.as_tensor(block.vertices, dtype=torch.float32))
         self.register_buffer("locations", torch.as_tensor(centres, dtype=torch.float32))
         self.register_buffer(
@@ -46,10 +53,12 @@ class BlockDecoder(nn.Module):
         self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
         self.offsets, self.scales = nn.Linear(hidden, 3 * blocks), nn.Linear(hidden, 3 * blocks)
         self.angles = nn.Linear(hidden, 3 * blocks) if turning else None
-        for layer in (self.offsets, self.scales, self.angles):
+        for layer, signs in ((self.offsets, COORDINATES), (self.scales, SCALES), (self.angles, ROTATIONS)):
             if layer is not None:
                 nn.init.normal_(layer.weight, std=INITIAL_SPREAD)
                 nn.init.zeros_(layer.bias)
+                if mirrored:
+                    tie(layer, mirror, signs)
 
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame, block by block."""

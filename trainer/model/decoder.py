@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import BaseMesh
+from trainer.model.mirror import COORDINATES, mirrored_points, tie
 
 # Displacements are learnt in this unit (a diagonal of the object is 1), so that weights are of ordinary size.
 DISPLACEMENT_UNIT = 0.3
@@ -23,12 +24,13 @@ class Part(NamedTuple):
 
 
 class SubdivisionDecoder(nn.Module):
-    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself."""
+    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself. If `mirrored`,
+    every shape is its own mirror image in x."""
 
     base_vertices: Tensor
     faces: Tensor
 
-    def __init__(self, latent: int, hidden: int, base: BaseMesh) -> None:
+    def __init__(self, latent: int, hidden: int, base: BaseMesh, mirrored: bool = False) -> None:
         super().__init__()
         self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
         self.register_buffer("faces", torch.as_tensor(base.faces))
@@ -37,6 +39,8 @@ class SubdivisionDecoder(nn.Module):
         self.displacements = nn.Linear(hidden, 3 * len(base.vertices))
         nn.init.normal_(self.displacements.weight, std=INITIAL_SPREAD)
         nn.init.zeros_(self.displacements.bias)
+        if mirrored:
+            tie(self.displacements, mirrored_points(base.vertices), COORDINATES)
 
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""

@@ -53,15 +53,17 @@ class Model(nn.Module):
 
 def decoder_of(config: ModelConfig) -> Decoder:
     """The decoder of a parameterisation, new."""
+    mirrored = config.symmetry == "mirror"
     match config.parameterisation:
         case "subdivision":
-            return SubdivisionDecoder(config.latent, config.hidden, subdivided_cube(config.segments, BASE_CUBE_SIDE))
+            base = subdivided_cube(config.segments, BASE_CUBE_SIDE)
+            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
-            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False)
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, False, mirrored)
         case "full-block":
             blocks = config.blocks or FULL_BLOCKS
-            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=True)
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, True, mirrored)
 
 
 def sample_normal(

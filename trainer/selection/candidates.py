@@ -1,5 +1,6 @@
-"""The models that are compared: every kind of mesh with every size of code and every kind of light."""
+"""The models that are compared: every kind of mesh with every size of code, kind of light and of symmetry."""
 
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ from trainer.training.checks import check_settings
 
 Parameterisation = Literal["subdivision", "ortho-block", "full-block"]
 Light = Literal["fixed", "varying"]
+Symmetry = Literal["none", "mirror"]
 
 _FORM = re.compile(rf"({'|'.join(get_args(Parameterisation))})-([1-9]\d*)")
 
@@ -34,11 +36,12 @@ class Candidate(NamedTuple):
     latent: int
     """Dimensions of the shape code z."""
     light: Light
+    symmetry: Symmetry = "none"
 
     @property
     def name(self) -> str:
         """Also its folder's."""
-        return f"{self.form.name}_latent-{self.latent}_{self.light}"
+        return f"{self.form.name}_latent-{self.latent}_{self.light}{'' if self.symmetry == 'none' else '_mirror'}"
 
 
 def parse_form(text: str) -> Form:
@@ -51,16 +54,20 @@ def parse_form(text: str) -> Form:
     return Form(cast(Parameterisation, found[1]), int(found[2]))
 
 
-def grid(forms: Sequence[str], latents: Sequence[int], lights: Sequence[Light]) -> list[Candidate]:
+def grid(
+    forms: Sequence[str], latents: Sequence[int], lights: Sequence[Light], symmetries: Sequence[Symmetry]
+) -> list[Candidate]:
     """All combinations. Raises ConfigError where one is named twice, or where there is nothing to choose from."""
-    for option, values in (("forms", forms), ("latents", latents), ("lights", lights)):
+    options = (("forms", forms), ("latents", latents), ("lights", lights), ("symmetries", symmetries))
+    for option, values in options:
         if len(set(values)) < len(values):
             raise ConfigError(f"Expected --{option} that differ, found {' '.join(map(str, values))}. Name each once.")
     parsed = [parse_form(form) for form in forms]
-    found = [Candidate(form, latent, light) for form in parsed for latent in latents for light in lights]
+    found = [Candidate(*choice) for choice in itertools.product(parsed, latents, lights, symmetries)]
     if len(found) < 2:
         raise ConfigError(
-            f"Expected two candidates or more, found {len(found)}: name several of --forms, --latents or --lights."
+            f"Expected two candidates or more, found {len(found)}: name several of --forms, --latents, "
+            "--lights or --symmetries."
         )
     return found
 
@@ -75,6 +82,7 @@ def config_of(candidate: Candidate, recipe: TrainConfig) -> TrainConfig:
         blocks=0 if meshed else candidate.form.fineness,
         latent=candidate.latent,
         light=candidate.light,
+        symmetry=candidate.symmetry,
         light_bins=recipe.model.light_bins if candidate.light == "varying" else usual.light_bins,
     )
     config = replace(recipe, model=model)

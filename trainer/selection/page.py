@@ -82,6 +82,7 @@ def _candidate(candidate: Candidate, size: Size, rungs: Sequence[Rung], choice: 
         "form": candidate.form.name,
         "latent": candidate.latent,
         "light": candidate.light,
+        "symmetry": candidate.symmetry,
         **size._asdict(),
         "rungs": reached,
         "behind_the_best": behind,
@@ -133,7 +134,7 @@ def conditions(found: Mapping[str, Any]) -> str:
         short = (
             f" **That time was too short**: it was gone when {found['rungs'][0]['candidates']} candidates had made the "
             f"{WARM_UP_STEPS} steps that tell their pace, and so few steps tell nothing else. Give more --minutes, or "
-            "fewer --forms, --latents or --lights, and another --output."
+            "fewer --forms, --latents, --lights or --symmetries, and another --output."
         )
     return (
         f"Chosen: **{found['chosen']}**. {found['pictures']} pictures to train on, {found['held_out_pictures']} "

@@ -18,10 +18,10 @@ MODELS = Path(__file__).parents[3] / "models"
 
 
 def test_the_grid_holds_every_combination_once() -> None:
-    found = grid(["subdivision-3", "full-block-12"], [6, 12], ["fixed", "varying"])
-    assert len(set(found)) == 8
-    assert len({candidate.name for candidate in found}) == 8
-    assert Candidate(Form("full-block", 12), 6, "varying") in found
+    found = grid(["subdivision-3", "full-block-12"], [6, 12], ["fixed", "varying"], ["none", "mirror"])
+    assert len(set(found)) == 16
+    assert len({candidate.name for candidate in found}) == 16
+    assert Candidate(Form("full-block", 12), 6, "varying", "mirror") in found
 
 
 @pytest.mark.parametrize("text", ["cube-3", "subdivision", "subdivision-0", "subdivision-3x", "ortho-block-", ""])
@@ -37,6 +37,8 @@ def test_a_candidate_changes_the_model_alone() -> None:
     assert blocks.model == ModelConfig(latent=6, hidden=48, parameterisation="ortho-block", blocks=3)
     meshed = config_of(Candidate(Form("subdivision", 5), 9, "varying"), recipe)
     assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, light="varying")
+    mirrored = config_of(Candidate(Form("ortho-block", 3), 6, "fixed", "mirror"), recipe)
+    assert mirrored.model == replace(blocks.model, symmetry="mirror")
     with pytest.raises(ConfigError, match=r"Expected model.segments from 1 to 64, found 65"):
         config_of(Candidate(Form("subdivision", 65), 9, "fixed"), recipe)
 
@@ -62,6 +64,16 @@ def test_the_decoder_has_two_layers_and_the_sizes_say_so(form: str, outputs: int
     size = size_of(config_of(Candidate(parse_form(form), 6, "fixed"), load_preset("quick")))
     assert size.shape_parameters == (6 + 1) * 32 + (32 + 1) * outputs
     assert size.vertices == vertices
+
+
+@pytest.mark.parametrize(
+    ("form", "rows"),
+    # Of 98 vertices 40 have an image, and 18 lie in the mirror; of three blocks one has an image, and one lies in it.
+    [("subdivision-4", 3 * 40 + 2 * 18), ("ortho-block-6", 3 * 6), ("full-block-3", 9 + (2 + 3 + 1))],
+)
+def test_mirrored_shapes_have_half_as_much_to_learn(form: str, rows: int) -> None:
+    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed", "mirror"), load_preset("quick")))
+    assert size.shape_parameters == (6 + 1) * 32 + (32 + 1) * rows
 
 
 def test_each_dimension_of_the_code_and_each_angle_of_the_light_is_paid_for() -> None:

@@ -11,7 +11,7 @@ from trainer.selection.record import Record, mean_of, paired
 from trainer.selection.size import Size
 from trainer.selection.verdict import verdict_on
 
-LARGE, MIDDLE, SMALL, SMALLEST = CANDIDATES = grid(["subdivision-4", "subdivision-3"], [12, 6], ["fixed"])
+LARGE, MIDDLE, SMALL, SMALLEST = CANDIDATES = grid(["subdivision-4", "subdivision-3"], [12, 6], ["fixed"], ["none"])
 SIZES = {candidate: Size(1000 - n, 100, 98, 4000) for n, candidate in enumerate(CANDIDATES)}
 # How hard each of eight pictures is, for every model: far more than models differ by.
 HARD = np.array([-50.0, -10.0, -30.0, -80.0, -20.0, -40.0, -60.0, -5.0])

@@ -9,7 +9,9 @@ from trainer.selection.candidates import Candidate, grid
 from trainer.selection.halving import WARM_UP_STEPS, Budget, Judged, halve
 from trainer.selection.record import Record
 
-CANDIDATES = grid(["subdivision-3", "subdivision-4", "ortho-block-6", "full-block-12"], [6, 12], ["fixed", "varying"])
+CANDIDATES = grid(
+    ["subdivision-3", "subdivision-4", "ortho-block-6", "full-block-12"], [6, 12], ["fixed", "varying"], ["none"]
+)
 
 
 class Pretended:

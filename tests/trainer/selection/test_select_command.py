@@ -27,7 +27,7 @@ encoder_channels = [4, 4, 8, 8, 8, 16]
 batch_size = 8
 steps = 8
 """
-FEW = ["--forms", "subdivision-2", "ortho-block-2", "--latents", "2", "4", "--lights", "fixed"]
+FEW = ["--forms", "subdivision-2", "ortho-block-2", "--latents", "2", "--lights", "fixed"]
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,9 @@ def test_a_selection_from_pictures_to_a_preset_and_on(
     # The setting is one that `trainer train` takes, and its training goes on.
     config = load_preset(str(out / "preset.toml"))
     chosen = next(candidate for candidate in found["candidates"] if candidate["name"] == found["chosen"])
-    assert (config.model.latent, config.model.light) == (chosen["latent"], "fixed")
+    assert (config.model.latent, config.model.light) == (2, "fixed")
+    assert {candidate["symmetry"] for candidate in found["candidates"]} == {"none", "mirror"}
+    assert config.model.symmetry == chosen["symmetry"]
     assert (config.optimiser.steps, config.validation_share, config.width) == (8, 0.5, 32)
     assert load_checkpoint(out / "winner").config == config
     status, _, errors = answer(capsys, "train", "--run", out / "winner", "--resume", "--optimiser.steps", "10")
@@ -183,7 +185,10 @@ def test_a_plan_writes_nothing(pictures: Path, tiny: Path, tmp_path: Path, capsy
     ("arguments", "sentence"),
     [
         ("--forms cube-3 subdivision-3", "Expected --forms such as subdivision-4 (segments), ortho-block-6"),
-        ("--forms subdivision-3 --latents 4 --lights fixed", "Expected two candidates or more, found 1"),
+        (
+            "--forms subdivision-3 --latents 4 --lights fixed --symmetries none",
+            "Expected two candidates or more, found 1",
+        ),
         ("--forms subdivision-3 subdivision-3", "Expected --forms that differ, found subdivision-3 subdivision-3."),
         ("--latents 4 4", "Expected --latents that differ, found 4 4."),
         ("--latents 0", "Expected model.latent from 1 to 1024, found 0."),

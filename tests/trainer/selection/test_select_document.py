@@ -63,7 +63,7 @@ def test_the_json_is_consistent(path: Path) -> None:
     steps = {candidate["name"]: candidate["rungs"][-1]["step"] for candidate in found["candidates"]}
     assert all(steps[name] == figures["step"] for name, figures in found["judged"].items())
     for candidate in found["candidates"]:
-        model = Candidate(parse_form(candidate["form"]), candidate["latent"], candidate["light"])
+        model = Candidate(parse_form(candidate["form"]), candidate["latent"], candidate["light"], candidate["symmetry"])
         assert model.name == candidate["name"]
         assert candidate["parameters"] == size_of(config_of(model, recipe)).parameters
     finalists = [candidate for candidate in found["candidates"] if candidate["last_rung"] == len(found["rungs"])]
