@@ -49,10 +49,10 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 models: install  ## train, choose, judge and export all models that ship (models; two to three hours, goes on where it was)
 	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
 
-# Two processes share the tests; threads that wait for work must then sleep, or each takes the other's core.
+# Processes share the tests, each with one thread for torch: tensors are small, and two threads take longer than one.
 test: install  ## install everything and run all tests
 	@$(BIN)/python scripts/compile_kernels.py & $(MAKE) --no-print-directory test-tools && wait $$!
-	OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
+	OMP_NUM_THREADS=1 OMP_WAIT_POLICY=PASSIVE $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 
 test-tools: install install-service tests/validator/node_modules/.installed tests/service/page/node_modules/.installed
 	@scripts/install_egl.sh $(BIN)/python
