@@ -43,6 +43,21 @@ def agreement_lines(found: dict[str, Any]) -> list[str]:
     return lines
 
 
+def test_mirrored_and_free_shapes_are_told_as_the_json_has_them() -> None:
+    trainings = loaded(ROOT / "docs/results/mirror.json")["trainings"]
+    assert len(trainings) == 24
+    for one in trainings:
+        form, symmetry = (f"**{one[key]}**" if one["chosen"] else one[key] for key in ("form", "symmetry"))
+        line = (
+            f"| {one['class']}, {one['seed']} | {form} | {symmetry} | {one['shape_parameters']:,} | "
+            f"{one['bound']:.2f} | {one['behind_the_best']:.2f} ± {one['standard_error']:.2f} | {one['iou']:.3f} | "
+            f"{one['azimuth_accuracy']:.2f} | {one['flipped']:.2f} |"
+        )
+        assert line in PAGE
+        # The smallest within a standard error of the best: here always the best itself.
+        assert one["chosen"] == (one["behind_the_best"] == 0)
+
+
 def test_there_are_results() -> None:
     assert RESULTS
 
