@@ -60,10 +60,10 @@ def decoder_of(config: ModelConfig) -> Decoder:
             return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
-            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, False, mirrored)
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False, mirrored=mirrored)
         case "full-block":
             blocks = config.blocks or FULL_BLOCKS
-            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, True, mirrored)
+            return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=True, mirrored=mirrored)
 
 
 def sample_normal(

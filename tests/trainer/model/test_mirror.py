@@ -20,8 +20,8 @@ KINDS = [
 ]
 
 
-def decoders(kind: str, blocks: int, segments: int, **spread: float) -> list[Decoder]:
-    """One of any shape, and one of mirrored shapes; with large weights, if `spread` says so."""
+def decoders(kind: str, blocks: int, segments: int, std: float = 0.0) -> list[Decoder]:
+    """One of any shape, and one of mirrored shapes; with weights of that size, if any is given."""
     found = []
     for symmetry in ("none", "mirror"):
         settings: Any = {"parameterisation": kind, "blocks": blocks, "segments": segments, "symmetry": symmetry}
@@ -29,8 +29,8 @@ def decoders(kind: str, blocks: int, segments: int, **spread: float) -> list[Dec
         decoder = decoder_of(ModelConfig(**settings))
         with torch.no_grad():
             for parameter in decoder.parameters():
-                if spread:
-                    parameter.normal_(std=spread["std"])
+                if std:
+                    parameter.normal_(std=std)
         found.append(decoder)
     return found
 
