@@ -115,7 +115,7 @@ def test_report_and_glb_turn_the_lights(varying: tuple[Checkpoint, Engine]) -> N
     assert (sample.light_azimuth_degrees, sample.lights[0].azimuth_degrees) == (0, 30)
 
 
-@pytest.mark.parametrize(("kind", "blocks"), [("ortho-block", 6), ("full-block", 2)])
+@pytest.mark.parametrize(("kind", "blocks"), [("ortho-block", 6), ("full-block", 12), ("ortho-block", 2)])
 def test_each_block_is_a_node_of_its_own(kind: Kind, blocks: int, tmp_path: Path) -> None:
     named = 0 if blocks in (6, 12) else blocks
     checkpoint = checkpoint_with(parameterisation=kind, blocks=named)
