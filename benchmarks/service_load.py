@@ -71,6 +71,7 @@ def prepared(engine: Engine, questions: Sequence[Question]) -> list[Array]:
             25_000_000,
             camera.distance,
             camera.field_of_view_degrees,
+            zoom=picture.zoom,
         ).picture
         for question in questions
     ]

@@ -64,8 +64,10 @@ def export(
         StorageError: the disk is full, or cannot be written; nothing is left half-written.
     """
     check_replaceable(output.absolute())
-    model, camera = checkpoint.model.cpu().eval(), checkpoint.scene.camera
-    pictures = read_pictures(held_out, model.width, model.height, camera.distance, camera.field_of_view_degrees)
+    model, scene = checkpoint.model.cpu().eval(), checkpoint.scene
+    pictures = read_pictures(
+        held_out, model.width, model.height, scene.camera.distance, scene.camera.field_of_view_degrees, scene.zoom
+    )
     slim, parsimony = slimmed(model, pictures, torch.Generator().manual_seed(seed))
     generator = torch.Generator().manual_seed(seed)
     graphs, parity = _graphs(slim, azimuth_offset, generator)
@@ -115,7 +117,7 @@ def _manifest(
             category=checkpoint.category,
             identity=model_identity(digests),
             conventions=Conventions(),
-            picture=Picture(width=model.width, height=model.height),
+            picture=Picture(width=model.width, height=model.height, zoom=scene.zoom),
             camera=Camera(**asdict(scene.camera)),
             lights=tuple(Light(**asdict(light)) for light in scene.lights),
             ambient=scene.ambient,

@@ -21,10 +21,10 @@ LEAST_PICTURES: Final = 20
 
 
 def read_pictures(
-    files: Sequence[bytes], width: int, height: int, distance: float, field_of_view_degrees: float
+    files: Sequence[bytes], width: int, height: int, distance: float, field_of_view_degrees: float, zoom: float
 ) -> Float32[ndarray, "N 3 {height} {width}"]:
     """Picture files as the service gives them to the encoder; those that cannot be used are left out."""
-    prepared = [_prepared(content, width, height, distance, field_of_view_degrees, True) for content in files]
+    prepared = [_prepared(content, width, height, distance, field_of_view_degrees, zoom, True) for content in files]
     pictures = [one.picture for one in prepared if one is not None]
     return np.stack(pictures) if pictures else np.zeros((0, 3, height, width), np.float32)
 
@@ -50,7 +50,9 @@ def measure_held_out(engine: Engine, files: Sequence[bytes]) -> HeldOut:
 def _error(engine: Engine, content: bytes, keep_framed: bool) -> float | None:
     """The error of one picture; None where it cannot be read, or is not framed although it should be."""
     size, camera = engine.manifest.picture, engine.manifest.camera
-    prepared = _prepared(content, size.width, size.height, camera.distance, camera.field_of_view_degrees, keep_framed)
+    prepared = _prepared(
+        content, size.width, size.height, camera.distance, camera.field_of_view_degrees, size.zoom, keep_framed
+    )
     if prepared is None or (keep_framed and prepared.method != "framed"):
         return None
     posterior = encode(engine, prepared.picture)
@@ -58,11 +60,17 @@ def _error(engine: Engine, content: bytes, keep_framed: bool) -> float | None:
 
 
 def _prepared(
-    content: bytes, width: int, height: int, distance: float, field_of_view_degrees: float, keep_framed: bool
+    content: bytes,
+    width: int,
+    height: int,
+    distance: float,
+    field_of_view_degrees: float,
+    zoom: float,
+    keep_framed: bool,
 ) -> Prepared | None:
     """A picture as the service prepares it; None where it cannot be used."""
     try:
-        return read_picture(content, width, height, MOST_PIXELS, distance, field_of_view_degrees, keep_framed)
+        return read_picture(content, width, height, MOST_PIXELS, distance, field_of_view_degrees, keep_framed, zoom)
     except ImageError:
         return None
 

@@ -41,6 +41,8 @@ def repack(
     """
     manifest = bundle.manifest
     camera, size = manifest.camera, manifest.picture
-    pictures = read_pictures(held_out, size.width, size.height, camera.distance, camera.field_of_view_degrees)
+    pictures = read_pictures(
+        held_out, size.width, size.height, camera.distance, camera.field_of_view_degrees, size.zoom
+    )
     parts = Parts(manifest, Graphs(bundle.encoder, bundle.decoder))
     return write_bundle(parts, output, precision, held_out, pictures, torch.Generator().manual_seed(seed))

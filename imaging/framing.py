@@ -38,6 +38,8 @@ class Frame(NamedTuple):
     """Diagonal of a silhouette's bounding box."""
     drop: float
     """How far that box's centre lies below the picture's."""
+    zoom: float = 1.0
+    """How many times pictures that are framed already are enlarged about their middle."""
 
 
 class Box(NamedTuple):
@@ -77,21 +79,23 @@ def _first(profile: NDArray[np.float32], edges: NDArray[np.float64]) -> float:
     return float(edges[first] + (edges[first + 1] - edges[first]) * (1 - float(profile[first]) - before))
 
 
-def frame_of(width: int, height: int, distance: float, field_of_view_degrees: float) -> Frame:
-    """The frame of a camera at `distance` (in diagonals of the object) with that vertical field of view."""
+def frame_of(width: int, height: int, distance: float, field_of_view_degrees: float, zoom: float = 1.0) -> Frame:
+    """The frame of a camera at `distance` (in diagonals of the object) with that vertical field of view, which is that
+    of the middle 1 / `zoom` of pictures that are framed already."""
     unit = height / 2 / math.tan(math.radians(field_of_view_degrees) / 2) / distance
-    return Frame(width, height, _DIAGONAL * unit, _DROP * unit)
+    return Frame(width, height, _DIAGONAL * unit, _DROP * unit, zoom)
 
 
 def fitted(picture: Picture, frame: Frame) -> NDArray[np.float32]:
-    """[3, height, width] the whole picture, as large as fits, centred on black; outermost pixels may be mixed with it.
+    """[3, height, width] the whole picture, as large as fits, or its middle where the frame zooms in, centred on black;
+    outermost pixels may be mixed with it.
 
     This is for pictures that are framed already.
     """
-    if picture.colour.shape == (3, frame.height, frame.width) and picture.factor == 1:
+    if picture.colour.shape == (3, frame.height, frame.width) and picture.factor == frame.zoom == 1:
         return picture.colour
     width, height = picture.columns[-1], picture.rows[-1]
-    scale = min(frame.width / width, frame.height / height)
+    scale = frame.zoom * min(frame.width / width, frame.height / height)
     return _placed(picture, frame, scale, (width / 2, height / 2), frame.height / 2)
 
 
@@ -101,8 +105,8 @@ def framed(picture: Picture, box: Box, frame: Frame) -> NDArray[np.float32]:
 
 
 def looks_framed(picture: Picture, frame: Frame) -> bool:
-    """Whether an opaque picture may be a rendering in this very frame: as wide for its height, its border black, and
-    what is not black about where and about as large as objects are there."""
+    """Whether an opaque picture may be a rendering in this very frame, before it zooms in: as wide for its height, its
+    border black, and what is not black about where and about as large as objects are there."""
     scale, colour = frame.width / picture.columns[-1], picture.colour
     border = (colour[:, 0], colour[:, -1], colour[:, :, 0], colour[:, :, -1])
     if abs(picture.rows[-1] * scale - frame.height) > 0.5 or any(line.max() > _BLACK for line in border):
@@ -112,9 +116,10 @@ def looks_framed(picture: Picture, frame: Frame) -> bool:
         return False
     box = box_around(picture, visible.astype(np.float32))
     x, y = box.centre
-    off_centre = math.hypot(x * scale - frame.width / 2, y * scale - frame.height / 2 - frame.drop)
-    size = box.diagonal * scale / frame.diagonal
-    return off_centre < _OFF_CENTRE * frame.diagonal and _LEAST_SIZE < size < _MOST_SIZE
+    drop, diagonal = frame.drop / frame.zoom, frame.diagonal / frame.zoom
+    off_centre = math.hypot(x * scale - frame.width / 2, y * scale - frame.height / 2 - drop)
+    size = box.diagonal * scale / diagonal
+    return off_centre < _OFF_CENTRE * diagonal and _LEAST_SIZE < size < _MOST_SIZE
 
 
 def _placed(

@@ -1,6 +1,7 @@
 """From a picture file to the picture that a model sees: its object alone on black, where and as large as expected."""
 
 import logging
+import math
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ def fit(content: bytes, frame: Frame, max_pixels: int) -> Prepared:
 
     Raises PictureError where the file cannot be decoded.
     """
-    picture = decode(content, _DETAIL * frame.width, _DETAIL * frame.height, max_pixels)
+    picture = _decoded(content, frame, max_pixels)
     return Prepared(fitted(picture, frame), "framed")
 
 
@@ -55,7 +56,7 @@ def prepare(content: bytes, frame: Frame, max_pixels: int, keep_framed: bool) ->
     Raises PictureError where the file cannot be decoded; BackgroundError where the object cannot be told from what is
     around it, or is tiny.
     """
-    picture = decode(content, _DETAIL * frame.width, _DETAIL * frame.height, max_pixels)
+    picture = _decoded(content, frame, max_pixels)
     if keep_framed and picture.opacity is None and looks_framed(picture, frame):
         return Prepared(fitted(picture, frame), "framed")
     cutout, method = _alone(picture)
@@ -72,6 +73,12 @@ def prepare(content: bytes, frame: Frame, max_pixels: int, keep_framed: bool) ->
             # Close by there may be too little background to judge by; from afar there was enough.
             logger.debug("an object of %.0f pixels is taken as seen from afar: %s", box.diagonal, error)
     return Prepared(framed(cutout, box, frame), method)
+
+
+def _decoded(content: bytes, frame: Frame, max_pixels: int) -> Picture:
+    """A picture file with as much detail as the frame shows. Raises PictureError where it cannot be decoded."""
+    width, height = (math.ceil(_DETAIL * frame.zoom * side) for side in (frame.width, frame.height))
+    return decode(content, width, height, max_pixels)
 
 
 def _alone(picture: Picture) -> tuple[Picture, Method]:

@@ -20,19 +20,21 @@ def read_picture(
     distance: float = 2.0,
     field_of_view_degrees: float = 30.0,
     keep_framed: bool = True,
+    zoom: float = 1.0,
 ) -> Prepared:
     """The picture [3, height, width] in a file, linear RGB in 0..1, row 0 on top, and how it was prepared.
 
     The first frame is turned upright by its EXIF orientation. Its object is told by transparency, or else by a plain
     background, and set on black where and as large as the model's camera, at `distance` with that field of view, shows
-    objects. A picture on black that looks like a rendering by that camera is taken as it is, if `keep_framed`.
+    objects. A picture on black that looks like a rendering is taken as it is, if `keep_framed`: the middle 1 / `zoom`
+    of it, of which the field of view is.
 
     Raises:
         ImageFormatError: the file is of none of the known formats.
         ImageTooLargeError: the picture has more than `max_pixels` pixels; found out before any is decoded.
         ImageError: the file is empty, damaged or cut off, or its object cannot be told from its background.
     """
-    frame = frame_of(width, height, distance, field_of_view_degrees)
+    frame = frame_of(width, height, distance, field_of_view_degrees, zoom)
     try:
         return prepare(content, frame, max_pixels, keep_framed)
     except PictureError as error:

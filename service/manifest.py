@@ -61,6 +61,8 @@ class Picture:
 
     width: Side
     height: Side
+    zoom: Annotated[float, Field(ge=1, le=100)] = 1.0
+    """How many times pictures that are framed already are enlarged about their middle."""
     file_colour: Literal["sRGB"] = "sRGB"
     graph_colour: Literal["linear, 0 to 1"] = "linear, 0 to 1"
     channels: Literal["RGB, row 0 on top"] = "RGB, row 0 on top"

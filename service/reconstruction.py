@@ -121,7 +121,9 @@ def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepar
     """A picture as the model sees it, or `scale` times as large."""
     size, camera = engine.manifest.picture, engine.manifest.camera
     width, height = scale * size.width, scale * size.height
-    return read_picture(content, width, height, max_pixels, camera.distance, camera.field_of_view_degrees)
+    return read_picture(
+        content, width, height, max_pixels, camera.distance, camera.field_of_view_degrees, zoom=size.zoom
+    )
 
 
 def _report(

@@ -61,6 +61,8 @@ class SceneConfig:
     """The directional lights ("three coloured directional lights", section 5.3 of the paper)."""
     ambient: Colour = (0.0, 0.0, 0.0)
     """Linear RGB of the light that comes from everywhere."""
+    zoom: float = 1.0
+    """How many times picture files are enlarged about their middle to be what this camera sees; 1 but for a model's."""
 
 
 @dataclass(frozen=True)
@@ -185,6 +187,9 @@ class TrainConfig:
     """Pictures are reduced to this width before training, pixels."""
     height: int = 96
     """Pictures are reduced to this height before training, pixels."""
+    zoom: float = 1.0
+    """How many times pictures are enlarged about their middle first, so that margins which no object reaches are not
+    computed (paper: 1). 0 is as far as the objects in the pictures allow."""
     seed: int = 0
     """Seed of initial weights, batches and samples."""
     precision: Literal["auto", "float32", "bfloat16"] = "auto"

@@ -6,15 +6,20 @@ from typing import Annotated, Self
 
 import tyro
 
+from imaging.srgb import encode
 from trainer.commands.objects import object_source
 from trainer.config import CameraConfig, SceneConfig, TrainConfig
 from trainer.data.fresh import FreshViews, fresh_views
+from trainer.data.lens import largest_zoom, zoomed
 from trainer.data.plan import RenderSettings
 from trainer.data.rig import load_rig
 from trainer.data.scene import check_scene
 from trainer.data.shapenet import Split
 from trainer.errors import ConfigError
 from trainer.tables.setting import Setting
+
+_LOOKED_AT = 512
+"""Views that tell how far one can zoom in."""
 
 Folder = Annotated[str, tyro.conf.arg(metavar="DIR")]
 
@@ -104,6 +109,15 @@ def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> Fre
     )
     procedural = meshes is None and shapenet is None
     instances = options.instances or (1000 if procedural else None)
-    return fresh_views(
-        settings, scene, instances, config.validation_share, config.seed, options.mesh_memory_mib * 2**20
+    views = fresh_views(
+        settings,
+        zoomed(scene, config.zoom or 1.0),
+        instances,
+        config.validation_share,
+        config.seed,
+        options.mesh_memory_mib * 2**20,
     )
+    if config.zoom:
+        return views
+    pictures, _ = views.drawn(_LOOKED_AT, config.seed, 0)
+    return replace(views, scene=zoomed(scene, largest_zoom(encode(pictures.numpy()))))

@@ -116,6 +116,8 @@ class TrainCommand:
             source = open_fresh(self.fresh, category, self.config)
             provenance = {"fresh": to_mapping(self.fresh.absolute())}
             console.print(f"fresh views of {source.training} objects, {source.validation} more held out, {category}")
+        if source.scene.zoom != 1:
+            console.print(f"the middle of each picture is looked at, {source.scene.zoom:g} times as large")
         config, resume = self.config, self.resume
         if self.starts != 1:
             config, resume = self._best_start(source, category, provenance, console), True
@@ -164,7 +166,8 @@ class TrainCommand:
 
         Raises ConfigError for options that only drawn views have, and where its scene has other lights than the preset.
         """
-        images = load_image_folder(folder, self.config.width, self.config.height, self._scene_of(folder))
+        config = self.config
+        images = load_image_folder(folder, config.width, config.height, self._scene_of(folder), config.zoom)
         self._check_lights(folder, images.scene)
         return images
 
@@ -172,9 +175,9 @@ class TrainCommand:
         """The same for shards."""
         if not 1 <= self.shards_at_once <= 1024:
             raise ConfigError(f"Expected --shards-at-once from 1 to 1024, found {self.shards_at_once}.")
-        width, height = self.config.width, self.config.height
+        config, width, height = self.config, self.config.width, self.config.height
         source = open_shards(
-            folder, width, height, self._scene_of(folder), self.config.validation_share, self.shards_at_once
+            folder, width, height, self._scene_of(folder), config.validation_share, self.shards_at_once, config.zoom
         )
         self._check_lights(folder, source.scene)
         images = source.load(source.shards[:1])

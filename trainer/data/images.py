@@ -21,6 +21,7 @@ from imaging.srgb import decode_table
 from rasteriser.compilation import kernel
 from trainer.config import SceneConfig
 from trainer.data.decoding import Decoded, Unusable, decode_picture
+from trainer.data.lens import largest_zoom, zoomed
 from trainer.data.metadata import METADATA_FILE, Row, read_metadata
 from trainer.data.scene import read_scene
 from trainer.errors import DataError
@@ -80,14 +81,17 @@ class ImageSet:
         return linear
 
 
-def load_image_folder(folder: Path, width: int, height: int, own: SceneConfig | None = None) -> ImageSet:
+def load_image_folder(
+    folder: Path, width: int, height: int, own: SceneConfig | None = None, zoom: float | None = None
+) -> ImageSet:
     """All PNG, JPEG and WebP pictures in a folder and below it, at `width` × `height`, in order of their names.
 
     A folder with a `scene.json` was rendered in that scene's frame: its pictures are scaled to fit by area averaging in
     linear light, and padded evenly with black where their aspect differs; where padding enlarges the height, the
     scene's field of view is widened to match. The pictures of any other folder are brought into the frame of the scene
     `own`, by default the default one: the object is told by its transparency, or else by a plain background, and set on
-    black, cropped and scaled to stand where renderings stand (see `imaging.preparation`).
+    black, cropped and scaled to stand where renderings stand (see `imaging.preparation`). All are then enlarged about
+    their middle, `zoom` times, by default as the scene `own` says; 0 is as far as their objects allow (`data.lens`).
 
     `metadata.csv` is used where present: without it each picture is an object of its own and no azimuth is known.
     Pictures that cannot be read, whose object cannot be told, that metadata.csv does not name, or that it names in
@@ -100,11 +104,25 @@ def load_image_folder(folder: Path, width: int, height: int, own: SceneConfig | 
         names = _named_in_both(folder, names, rows)
     rendered = read_scene(folder)
     scene = fitted(rendered or own or SceneConfig(width=height, height=height), width, height)
-    frame = frame_of(width, height, scene.camera.distance, scene.camera.field_of_view_degrees)
-    kept, decoded, preparation, skipped = _decoded(folder, names, frame, rendered is not None)
+    if zoom is None:
+        zoom = own.zoom if own else 1.0
 
-    known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
-    return image_set(known, [picture.codes for picture in decoded], scene, skipped, preparation)
+    def load(scene: SceneConfig) -> ImageSet:
+        kept, decoded, preparation, skipped = _decoded(folder, names, frame_in(scene), rendered is not None)
+        known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
+        return image_set(known, [picture.codes for picture in decoded], scene, skipped, preparation)
+
+    if zoom:
+        return load(zoomed(scene, zoom))
+    images = load(zoomed(scene, 1.0))
+    closer = zoomed(scene, largest_zoom(images.pictures))
+    return images if closer == images.scene else load(closer)
+
+
+def frame_in(scene: SceneConfig) -> Frame:
+    """Where objects stand in the pictures of a scene."""
+    camera = scene.camera
+    return frame_of(scene.width, scene.height, camera.distance, camera.field_of_view_degrees, scene.zoom)
 
 
 def image_set(

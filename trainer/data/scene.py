@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from trainer.config import SceneConfig
+from trainer.data.lens import MOST_ZOOM
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
 from trainer.mapping import from_mapping, to_mapping
@@ -44,6 +45,7 @@ def check_scene(scene: SceneConfig) -> None:
         # Every object then lies beyond the depth from which on the renderers draw things as they are.
         ("camera: distance", camera.distance, 0.56, 1e4),
         ("camera: field_of_view_degrees", camera.field_of_view_degrees, 0.1, 170.0),
+        ("zoom", scene.zoom, 1.0, MOST_ZOOM),
         *((f"ambient[{channel}]", value, 0.0, 1e3) for channel, value in enumerate(scene.ambient)),
     ]
     for index, light in enumerate(scene.lights):

@@ -10,7 +10,7 @@ import logging
 import os
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -20,11 +20,11 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from imaging.framing import frame_of
 from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.decoding import Decoded, decode_content
-from trainer.data.images import ImageSet, Preparation, fitted, image_set
+from trainer.data.images import ImageSet, Preparation, fitted, frame_in, image_set
+from trainer.data.lens import largest_zoom, zoomed
 from trainer.data.scene import read_scene
 from trainer.data.shards import Shard, read_index, read_shard
 from trainer.data.source import MOST_SHOWN, Minibatch, batch_indices, grouped_indices, step_generator
@@ -98,9 +98,7 @@ class ShardPictures:
 
     def load(self, shards: tuple[Shard, ...]) -> ImageSet:
         """The pictures of these shards, decoded. Raises DataError where none of them can be used."""
-        height, width = self.scene.height, self.scene.width
-        frame = frame_of(width, height, self.scene.camera.distance, self.scene.camera.field_of_view_degrees)
-        decode = partial(decode_content, frame=frame, framed=self.framed)
+        decode = partial(decode_content, frame=frame_in(self.scene), framed=self.framed)
         rows, pictures, unusable = [], [], []
         with ThreadPoolExecutor(DECODING_THREADS) as pool:
             for shard in shards:
@@ -130,11 +128,14 @@ def _choosing(images: ImageSet, size: int, views: int) -> Callable[[torch.Genera
     return lambda generator: grouped_indices(everything, images.instances, size // views, views, generator)
 
 
-def open_shards(folder: Path, width: int, height: int, own: SceneConfig, share: float, at_once: int) -> ShardPictures:
+def open_shards(
+    folder: Path, width: int, height: int, own: SceneConfig, share: float, at_once: int, zoom: float = 1.0
+) -> ShardPictures:
     """The shards of a folder, at least one of which (and about a `share`) is held out where that is not 0.
 
-    Without a scene.json, the pictures' objects are cut out and brought into the frame of the scene `own`. Raises
-    DataError where there are too few shards.
+    Without a scene.json, the pictures' objects are cut out and brought into the frame of the scene `own`. All are then
+    enlarged about their middle, `zoom` times; 0 is as far as the objects of the first shard allow. Raises DataError
+    where there are too few shards.
     """
     shards = read_index(folder)
     count = max(1, round(share * len(shards))) if share and len(shards) > 1 else 0
@@ -146,4 +147,7 @@ def open_shards(folder: Path, width: int, height: int, own: SceneConfig, share: 
     rendered = read_scene(folder)
     scene = fitted(rendered or own, width, height)
     kept, held_out = tuple(shards[: len(shards) - count]), tuple(shards[len(shards) - count :])
-    return ShardPictures(folder, scene, rendered is not None, kept, held_out, at_once)
+    source = ShardPictures(folder, zoomed(scene, zoom or 1.0), rendered is not None, kept, held_out, at_once)
+    if zoom:
+        return source
+    return replace(source, scene=zoomed(scene, largest_zoom(source.load(kept[:1]).pictures)))

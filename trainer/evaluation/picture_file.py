@@ -6,10 +6,10 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from imaging.framing import frame_of
 from imaging.srgb import decode_table
 from trainer.config import SceneConfig
 from trainer.data.decoding import Unusable, decode_picture
+from trainer.data.images import frame_in
 from trainer.data.scene import SCENE_FILE
 from trainer.errors import DataError
 
@@ -20,7 +20,7 @@ def read_picture(path: Path, scene: SceneConfig) -> Float[Tensor, "3 H W"]:
     It is in that frame already where its folder or the one above holds a `scene.json`, as renderings do; else its
     object is cut out. Raises DataError where the file cannot be read, or its object cannot be told.
     """
-    frame = frame_of(scene.width, scene.height, scene.camera.distance, scene.camera.field_of_view_degrees)
+    frame = frame_in(scene)
     around = path.resolve().parents[:2]
     found = decode_picture(path, frame, framed=any((folder / SCENE_FILE).is_file() for folder in around))
     if isinstance(found, Unusable):

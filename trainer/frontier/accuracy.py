@@ -78,8 +78,9 @@ def evaluation_of(study: Study, cell: Cell, kind: str) -> Path:
 
 def picture_error(subject: Subject, folder: Path) -> float:
     """Mean absolute difference of test pictures and reconstructions, drawn at the pictures' own size."""
-    scene = read_scene(folder) or subject.scene
-    prediction = predict(subject, load_image_folder(folder, subject.scene.width, subject.scene.height).pictures)
+    own = subject.scene
+    scene = read_scene(folder) or own
+    prediction = predict(subject, load_image_folder(folder, own.width, own.height, own).pictures)
     start, errors = 0, []
     for images in linear_batches(load_image_folder(folder, scene.width, scene.height).pictures):
         shown = prediction.of(torch.arange(start, start + len(images)))

@@ -22,7 +22,7 @@ def refinement_ms(subject: Subject, folder: Path, file: Path) -> float:
     if file.exists():
         return float(json.loads(file.read_text(encoding="utf-8"))["refinement_ms"])
     scene = subject.scene
-    (images,) = linear_batches(load_image_folder(folder, scene.width, scene.height).pictures[:_PICTURES])
+    (images,) = linear_batches(load_image_folder(folder, scene.width, scene.height, scene).pictures[:_PICTURES])
     plain = replace(subject, refinement=0)
     # The first answers compile and load.
     _milliseconds(subject, images[:1])

@@ -54,7 +54,8 @@ def tasks_of(plan: Plan) -> list[Task]:
 def compile_kernels(study: Study, task: Task) -> None:
     """A step of a training that is thrown away: on a new machine, the first would be charged with compiling."""
     config = study.config(task.cell)
-    images = load_image_folder(study.training_pictures(task.cell).path, config.width, config.height)
+    folder = study.training_pictures(task.cell).path
+    images = load_image_folder(folder, config.width, config.height, zoom=config.zoom)
     one_step = replace(config, optimiser=replace(config.optimiser, steps=1))
     with TemporaryDirectory() as directory:
         train(one_step, images, task.cell.category, Path(directory), Intervals(), False, lambda step, figures: None, {})

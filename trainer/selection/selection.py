@@ -58,7 +58,8 @@ class Selection:
 
     def pictures(self) -> ImageSet:
         """The folder's pictures without what is known of their poses and lights. Raises as `load_image_folder` does."""
-        images = load_image_folder(self.images, self.recipe.width, self.recipe.height, self.own_scene)
+        recipe = self.recipe
+        images = load_image_folder(self.images, recipe.width, recipe.height, self.own_scene, recipe.zoom)
         return replace(images, azimuths=None, light_azimuths=None)
 
 

@@ -88,7 +88,7 @@ def _stock(output: Path, budget: Budget, recipe: TrainConfig) -> Stock:
     for category, count in ((CATEGORY, budget.training_pictures), ("chair", budget.training_pictures // 2)):
         folder = output / "pictures" / f"{category}-{count}"
         render_folder(folder, RenderSettings(category), scene, count, 1, show_progress=False)
-        loaded.append(load_image_folder(folder, recipe.width, recipe.height))
+        loaded.append(load_image_folder(folder, recipe.width, recipe.height, zoom=recipe.zoom))
     return Stock(*loaded)
 
 

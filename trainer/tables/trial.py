@@ -46,7 +46,7 @@ def check_identity(study: Study, cell: Cell) -> None:
 def _train(study: Study, cell: Cell) -> None:
     directory, config = study.run_directory(cell), study.config(cell)
     folder = study.training_pictures(cell).path
-    images = load_image_folder(folder, config.width, config.height)
+    images = load_image_folder(folder, config.width, config.height, zoom=config.zoom)
     write_bytes(directory / CELL_FILE, _json(study.identity(cell)))
     steps, seconds, core_seconds = 0, 0.0, 0.0
     if begun := (directory / FILE_NAME).exists():

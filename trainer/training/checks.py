@@ -9,6 +9,7 @@ from torch import Tensor
 
 from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
 from trainer.data.images import ImageSet
+from trainer.data.lens import MOST_ZOOM
 from trainer.errors import ConfigError, DataError
 from trainer.training.intervals import Intervals
 
@@ -24,6 +25,7 @@ def check_settings(config: TrainConfig) -> None:
     ranges: list[tuple[str, float, float, float]] = [
         ("width", config.width, 16, 2048),
         ("height", config.height, 16, 2048),
+        ("zoom", config.zoom or 1.0, 1, MOST_ZOOM),
         ("seed", config.seed, 0, 2**31 - 1),
         ("validation_share", config.validation_share, 0, 0.5),
         ("model.latent", model.latent, 1, 1024),
