@@ -111,3 +111,22 @@ def test_what_cannot_be_a_rendering_does_not_look_framed() -> None:
         "an object at the side": np.roll(rendering, 25, axis=2),
     }
     assert not {name for name, colour in others.items() if looks_framed(picture_of(colour), FRAME)}
+
+
+def test_a_frame_that_zooms_in_shows_the_middle_of_what_is_framed_already() -> None:
+    rendering = np.random.default_rng(0).random((3, 96, 128))
+    middle = fitted(picture_of(rendering), frame_of(64, 48, 2.0, 15.3, zoom=2.0))
+    np.testing.assert_allclose(middle, rendering[:, 24:72, 32:96], atol=1e-6)
+    # Half as large as that: each pixel is the mean of four.
+    small = fitted(picture_of(rendering), frame_of(32, 24, 2.0, 15.3, zoom=2.0))
+    np.testing.assert_allclose(small, middle.reshape(3, 24, 2, 32, 2).mean((2, 4)), atol=1e-6)
+
+
+def test_what_looks_framed_is_what_a_frame_zooms_into() -> None:
+    half_as_wide = math.degrees(2 * math.atan(math.tan(math.radians(15)) / 2))
+    frame = frame_of(128, 96, 2.0, half_as_wide, zoom=2.0)
+    assert frame.diagonal == pytest.approx(2 * FRAME.diagonal)
+    rendering = np.zeros((3, 96, 128))
+    rendering[:, 30:72, 30:98] = 0.5
+    assert looks_framed(picture_of(rendering), frame)
+    assert not looks_framed(picture_of(rendering), frame._replace(zoom=1.0))

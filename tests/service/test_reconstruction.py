@@ -186,10 +186,10 @@ def test_the_overlay_shows_the_mesh_over_the_picture(engine: Engine, views: list
 def test_a_picture_that_is_only_plain_from_afar_is_shown_as_the_model_saw_it(
     engine: Engine, views: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def read_small(content: bytes, width: int, *rest: Any) -> Prepared:
+    def read_small(content: bytes, width: int, *rest: Any, **more: Any) -> Prepared:
         if width > 64:
             raise ImageError("expected a plain background, found many colours")
-        return read_picture(content, width, *rest)
+        return read_picture(content, width, *rest, **more)
 
     monkeypatch.setattr(service.reconstruction, "read_picture", read_small)
     with Image.open(io.BytesIO(reconstruct([engine], views[:1], MANY, "png").content)) as shown:

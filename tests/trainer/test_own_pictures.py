@@ -156,3 +156,19 @@ def test_a_row_of_a_table_is_trained_in_its_own_light(tmp_path: Path, capsys: py
     varying = ["--preset", "table-4/varying-colour/car", "--run", str(tmp_path / "varying")]
     assert main([*row[:1], *varying, *row[5:], "--class", "car", *small]) == 0
     assert load_checkpoint(tmp_path / "varying").run["fresh"]["rotate_lights"]
+
+
+def test_own_pictures_are_looked_at_as_closely_as_they_allow_and_a_resume_remembers(
+    tmp_path: Path, settings: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pictures, run = own_pictures(tmp_path / "mine"), tmp_path / "run"
+    status, errors = trained(capsys, pictures, run, settings, "--zoom", "0")
+    assert status == 0
+    zoom = load_checkpoint(run).scene.zoom
+    assert 1.05 < zoom < 2
+    assert f"the middle of each picture is looked at, {zoom:g} times as large" in errors
+    assert trained(capsys, pictures, run, settings, "--resume", "--optimiser.steps", "2")[0] == 0
+    assert load_checkpoint(run).scene.zoom == zoom
+    status, errors = trained(capsys, pictures, tmp_path / "other", settings, "--zoom", "0.5")
+    assert status == 2
+    assert "Expected zoom from 1 to 8, found 0.5" in errors
