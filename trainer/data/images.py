@@ -21,7 +21,7 @@ from imaging.srgb import decode_table
 from rasteriser.compilation import kernel
 from trainer.config import SceneConfig
 from trainer.data.decoding import Decoded, Unusable, decode_picture
-from trainer.data.lens import largest_zoom, zoomed
+from trainer.data.lens import largest_zoom, through_lens_of, zoomed
 from trainer.data.metadata import METADATA_FILE, Row, read_metadata
 from trainer.data.scene import read_scene
 from trainer.errors import DataError
@@ -91,7 +91,8 @@ def load_image_folder(
     scene's field of view is widened to match. The pictures of any other folder are brought into the frame of the scene
     `own`, by default the default one: the object is told by its transparency, or else by a plain background, and set on
     black, cropped and scaled to stand where renderings stand (see `imaging.preparation`). All are then enlarged about
-    their middle, `zoom` times, by default as the scene `own` says; 0 is as far as their objects allow (`data.lens`).
+    their middle: `zoom` times, where 0 is as far as their objects allow, or by default so that they are what the camera
+    of `own` sees (`data.lens`).
 
     `metadata.csv` is used where present: without it each picture is an object of its own and no azimuth is known.
     Pictures that cannot be read, whose object cannot be told, that metadata.csv does not name, or that it names in
@@ -104,19 +105,20 @@ def load_image_folder(
         names = _named_in_both(folder, names, rows)
     rendered = read_scene(folder)
     scene = fitted(rendered or own or SceneConfig(width=height, height=height), width, height)
-    if zoom is None:
-        zoom = own.zoom if own else 1.0
 
-    def load(scene: SceneConfig) -> ImageSet:
-        kept, decoded, preparation, skipped = _decoded(folder, names, frame_in(scene), rendered is not None)
+    def load(scene: SceneConfig, zoom: float) -> ImageSet:
+        frame = frame_in(scene)._replace(zoom=zoom)
+        kept, decoded, preparation, skipped = _decoded(folder, names, frame, rendered is not None)
         known = [(rows or {}).get(name, Row(name, name, None, None)) for name in kept]
         return image_set(known, [picture.codes for picture in decoded], scene, skipped, preparation)
 
+    if zoom is None:
+        return load(*through_lens_of(own, scene)) if own else load(scene, 1.0)
     if zoom:
-        return load(zoomed(scene, zoom))
-    images = load(zoomed(scene, 1.0))
-    closer = zoomed(scene, largest_zoom(images.pictures))
-    return images if closer == images.scene else load(closer)
+        return load(zoomed(scene, zoom), zoom)
+    images = load(zoomed(scene, 1.0), 1.0)
+    zoom = largest_zoom(images.pictures)
+    return images if zoom == 1 else load(zoomed(scene, zoom), zoom)
 
 
 def frame_in(scene: SceneConfig) -> Frame:

@@ -27,6 +27,17 @@ def zoomed(scene: SceneConfig, zoom: float) -> SceneConfig:
     return replace(scene, camera=camera, zoom=zoom)
 
 
+def through_lens_of(own: SceneConfig, scene: SceneConfig) -> tuple[SceneConfig, float]:
+    """The scene as the lens of `own` shows it, and how many times pictures of the scene are enlarged for that.
+
+    Where the cameras stand in different places, lenses cannot be compared: the pictures are zoomed into as `own` does.
+    """
+    if replace(scene.camera, field_of_view_degrees=own.camera.field_of_view_degrees) != own.camera:
+        return zoomed(scene, own.zoom), own.zoom
+    wide, near = (math.tan(math.radians(one.camera.field_of_view_degrees) / 2) for one in (scene, own))
+    return replace(scene, camera=own.camera, zoom=own.zoom), wide / near
+
+
 def largest_zoom(pictures: UInt8[ndarray, "N 3 H W"]) -> float:
     """How far into sRGB pictures on black one can zoom before objects lose more than a few pixels; at least 1."""
     _, _, height, width = pictures.shape

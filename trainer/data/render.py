@@ -21,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
@@ -82,6 +83,8 @@ def render_folder(
     cannot be written.
     """
     started = time.monotonic()
+    # What a model's camera sees of larger pictures is drawn as it is seen.
+    scene = replace(scene, zoom=1.0)
     jobs = plan_jobs(settings, instances, views)
     with drawing(settings, scene):
         pass  # What cannot be drawn with is told before anything is written.

@@ -13,6 +13,7 @@ from trainer.data.images import load_image_folder
 from trainer.data.lens import MOST_ZOOM, largest_zoom, zoomed
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
+from trainer.data.scene import read_scene
 from trainer.data.streaming import open_shards
 
 SCENE = SceneConfig(64, 48)
@@ -106,3 +107,21 @@ def test_drawn_views_are_drawn_as_near(zoom: float) -> None:
     assert near.scene.zoom == zoom or 1.2 < near.scene.zoom < 2.2
     light = [source.drawn(16, 0, 0)[0].mean() for source in (near, plain)]
     assert light[0] / light[1] == pytest.approx(near.scene.zoom**2, rel=0.05)
+
+
+def test_a_model_is_shown_what_its_own_camera_sees(folder: Path, tmp_path: Path) -> None:
+    """Whatever the lens was: that of the pictures it was trained on, its own, or a third."""
+    own = zoomed(replace(SCENE, width=32, height=24), 1.6)
+    expected = decode_table()[load_image_folder(folder, 32, 24, own).pictures]
+    others = {"own": own, "third": zoomed(replace(SCENE, width=96, height=72), 1.2)}
+    for name, scene in others.items():
+        render_folder(tmp_path / name, replace(SETTINGS, supersampling=8), scene, 12, 1, 1, show_progress=False)
+        assert read_scene(tmp_path / name) == replace(scene, zoom=1.0)
+        shown = load_image_folder(tmp_path / name, 32, 24, own)
+        assert shown.scene == own
+        assert np.abs(decode_table()[shown.pictures] - expected).mean() < 0.01
+    # From another place, there is nothing to compare.
+    elsewhere = replace(own, camera=replace(own.camera, distance=3.0))
+    found = load_image_folder(folder, 32, 24, elsewhere)
+    np.testing.assert_array_equal(decode_table()[found.pictures], expected)
+    assert found.scene.camera.distance == 2

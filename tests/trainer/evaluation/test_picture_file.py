@@ -22,9 +22,10 @@ CAR = cutout("car", 1, 0.7, 0.7)
 def test_renderings_are_taken_as_they_are(tmp_path: Path, size: tuple[int, int]) -> None:
     scene = SceneConfig(*size, camera=CameraConfig(distance=3.0))
     render_folder(tmp_path, RenderSettings("car", supersampling=1), scene, 2, 1, 1, show_progress=False)
-    images = load_image_folder(tmp_path, WIDTH, HEIGHT)
-    for number, name in enumerate(images.names):
-        assert torch.equal(read_picture(tmp_path / name, images.scene), images.batch(np.array([number]))[0])
+    for zoom in (1.0, 1.4):
+        images = load_image_folder(tmp_path, WIDTH, HEIGHT, zoom=zoom)
+        for number, name in enumerate(images.names):
+            assert torch.equal(read_picture(tmp_path / name, images.scene), images.batch(np.array([number]))[0])
 
 
 @pytest.mark.parametrize("name", ["car.png", "car.jpg"])
