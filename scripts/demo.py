@@ -50,7 +50,7 @@ def main() -> int:
                 "--output", out / "pictures" / name)  # fmt: skip
     with timed("train", seconds):
         steps = ["--optimiser.steps", arguments.steps] if arguments.steps else []
-        run("trainer", "train", "--preset", "best", "--images", out / "pictures/train", "--run", out / "run",
+        run("trainer", "train", "--preset", "sharp", "--images", out / "pictures/train", "--run", out / "run",
             "--class", CATEGORY, *steps)  # fmt: skip
     judged = ["trainer", "evaluate", "--checkpoint", out / "run", "--validation", out / "pictures/validation"]
     with timed("evaluate", seconds):

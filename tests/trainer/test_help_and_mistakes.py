@@ -47,7 +47,7 @@ def _width_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
         ("train", ["--meshes DIR Instead of --images", "--shapenet DIR", "--instances INT", "--mesh-memory-mib INT"]),
         ("train", ["--images {None}|PATH", "--run PATH", "--optimiser.learning-rate FLOAT", "(paper: 10⁻³, constant)"]),
         ("train", ["--threads INT", "0 means one per core. (default: 0)", "--intervals.checkpoint INT", "steps;"]),
-        ("train", ["Presets: ", "best", "paper", "--preset STR", "(default: best)"]),
+        ("train", ["Presets: ", "best", "paper", "--preset STR", "(default: sharp)"]),
         (
             "evaluate",
             ["--checkpoint {None}|PATH", "--bundle {None}|PATH", "1 to 360 (paper: 24)", "(default: 24)", "--json"],

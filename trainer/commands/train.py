@@ -52,7 +52,7 @@ class TrainCommand:
     remembers both."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
-    preset: str = "best"
+    preset: str = "sharp"
     """Named settings, or a TOML file; every option below overrides it. With --resume the run's own settings stand in
     its place."""
     resume: bool = False
@@ -75,7 +75,7 @@ class TrainCommand:
         required: Any = tyro.MISSING
         if not arguments or arguments[0] != "train":
             return cls(None, required)
-        run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or "best"
+        run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or "sharp"
         if "--resume" in arguments and run:
             before = load_checkpoint(Path(run))
             images = Path(before.run["images"]) if "images" in before.run else None
