@@ -93,7 +93,9 @@ def look_at(options: Options, bundle: Path) -> dict[str, Any]:
             render(bundle.name, options.objects, seed, Path(work)) for seed in (VALIDATION_SEED, TEST_SEED)
         )
         files = [path.read_bytes() for path in sorted(validation.rglob("*.png"))]
-        pictures = read_pictures(files, size.width, size.height, camera.distance, camera.field_of_view_degrees)
+        pictures = read_pictures(
+            files, size.width, size.height, camera.distance, camera.field_of_view_degrees, size.zoom
+        )
         bundles = {"float32": bundle}
         for precision in PRECISIONS[1:]:
             bundles[precision] = Path(work) / precision
