@@ -18,7 +18,7 @@ from trainer.data.shapenet import Split
 from trainer.errors import ConfigError
 from trainer.tables.setting import Setting
 
-_LOOKED_AT = 512
+_LOOKED_AT = 128
 """Views that tell how far one can zoom in."""
 
 Folder = Annotated[str, tyro.conf.arg(metavar="DIR")]
@@ -119,5 +119,5 @@ def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> Fre
     )
     if config.zoom:
         return views
-    pictures, _ = views.drawn(_LOOKED_AT, config.seed, 0)
+    pictures = views.sample(_LOOKED_AT, config.seed)
     return replace(views, scene=zoomed(scene, largest_zoom(encode(pictures.numpy()))))

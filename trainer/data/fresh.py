@@ -87,7 +87,13 @@ class FreshViews:
 
         Raises DataError where none of the objects can be read.
         """
-        own = range(size)[processes.share(size)]
+        return self._drawn(range(size)[processes.share(size)], seed, step, views)
+
+    def sample(self, count: int, seed: int) -> Float[Tensor, "count 3 H W"]:
+        """The first of those pictures, the same ones in every process. Raises DataError as `drawn` does."""
+        return self._drawn(range(count), seed, 0, 1)[0]
+
+    def _drawn(self, own: range, seed: int, step: int, views: int) -> Drawn:
         # Allocated by torch: its memory is aligned, so that what is computed from it is the same in every run.
         pictures, azimuths = torch.empty((len(own), 3, self.scene.height, self.scene.width)), torch.empty(len(own))
         for slot, place in enumerate(own):

@@ -39,7 +39,8 @@ def through_lens_of(own: SceneConfig, scene: SceneConfig) -> tuple[SceneConfig, 
 
 
 def largest_zoom(pictures: UInt8[ndarray, "N 3 H W"]) -> float:
-    """How far into sRGB pictures on black one can zoom before objects lose more than a few pixels; at least 1."""
+    """How far into sRGB pictures on black one can zoom before objects lose more than a few pixels; 1 at least, and where
+    there are none."""
     _, _, height, width = pictures.shape
     covered = (pictures.max(1) > _BLACK).sum(0).ravel()
     # How far from the middle each pixel ends, in half pictures.
@@ -47,6 +48,8 @@ def largest_zoom(pictures: UInt8[ndarray, "N 3 H W"]) -> float:
     reach = np.maximum(np.maximum(x[:-1], x[1:]), np.maximum(y[:-1], y[1:])[:, None]).ravel()
     ends, ring = np.unique(reach.round(9), return_inverse=True)
     inside = np.bincount(ring, covered).cumsum()
+    if not inside[-1]:
+        return 1.0
     farthest = float(np.interp(_KEPT * inside[-1], inside, ends))
     # Two digits: rounding then makes no difference between machines.
     return min(MOST_ZOOM, max(1.0, math.floor(100 / farthest) / 100))

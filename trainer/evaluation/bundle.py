@@ -98,7 +98,7 @@ def _read_manifest(directory: Path) -> dict[str, Any]:
 def _scene(manifest: dict[str, Any]) -> SceneConfig:
     """Camera, lights and size. Raises ConfigError for pictures that have to be prepared in an unknown way."""
     picture = dict(manifest["picture"])
-    size = {name: picture.pop(name, 1.0 if name == "zoom" else None) for name in ("width", "height", "zoom")}
+    size = {"zoom": picture.pop("zoom", 1.0), **{side: picture.pop(side) for side in ("width", "height")}}
     if picture != _PREPARATION:
         raise ConfigError(f"pictures are to be prepared as {picture}, expected {_PREPARATION}")
     mapping = size | {key: manifest[key] for key in ("camera", "lights", "ambient")}

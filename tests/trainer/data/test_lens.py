@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from imaging.srgb import decode_table
+from trainer import processes
 from trainer.commands.fresh import FreshOptions, open_fresh
 from trainer.config import CameraConfig, SceneConfig, TrainConfig
 from trainer.data.images import load_image_folder
@@ -83,6 +84,7 @@ def test_how_far_one_can_zoom() -> None:
     speck = np.zeros((1, 3, 48, 64), np.uint8)
     speck[0, :, 23:25, 31:33] = 200
     assert largest_zoom(speck) == MOST_ZOOM
+    assert largest_zoom(np.zeros_like(speck)) == 1
 
 
 def test_shards_zoom_as_folders_do(folder: Path, tmp_path: Path) -> None:
@@ -95,6 +97,17 @@ def test_shards_zoom_as_folders_do(folder: Path, tmp_path: Path) -> None:
     found = open_shards(tmp_path, 64, 48, SCENE, 0.0, 2, zoom=0).scene.zoom
     first = load_image_folder(folder, 64, 48).pictures[:6]
     assert found == largest_zoom(first) > 1.2
+
+
+def test_processes_that_train_together_zoom_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    for number in (0, 1):
+        monkeypatch.setattr(processes, "share", lambda size, number=number: slice(number, size, 2))
+        views = open_fresh(FreshOptions(instances=8), "airplane", TrainConfig(width=32, height=24, zoom=0))
+        found.append((views.scene, views.drawn(4, 0, 0)[0]))
+    assert found[0][0] == found[1][0]
+    assert found[0][1].shape == (2, 3, 24, 32)
+    assert not found[0][1].equal(found[1][1])
 
 
 @pytest.mark.parametrize("zoom", [0.0, 1.5])
