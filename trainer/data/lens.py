@@ -39,8 +39,10 @@ def through_lens_of(own: SceneConfig, scene: SceneConfig) -> tuple[SceneConfig, 
 
 
 def largest_zoom(pictures: UInt8[ndarray, "N 3 H W"]) -> float:
-    """How far into sRGB pictures on black one can zoom before objects lose more than a few pixels; 1 at least, and where
-    there are none."""
+    """How far into sRGB pictures on black one can zoom before objects lose more than a few pixels.
+
+    At least 1, and 1 where there are none.
+    """
     _, _, height, width = pictures.shape
     covered = (pictures.max(1) > _BLACK).sum(0).ravel()
     # How far from the middle each pixel ends, in half pictures.
