@@ -70,17 +70,12 @@ CARS = ("subdivision",)
 # What is made of many thin parts gains most by more pixels and steps.
 BLOCKS = ("ortho-block", "full-block")
 FURNITURE = {name: Model(name, name, candidates=BLOCKS, preset="best", steps=2000) for name in ("chair", "table")}
-# What is long or wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
-FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
-# And it leaves margins.
-CLOSE = (*FAST, "--zoom", "0")
+SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "jar", "rifle", "sofa", "vessel")}
 # Wings may be before or behind the middle.
-AIRPLANE = Model("airplane", "airplane", preset="best", steps=2400, options=(*CLOSE, "--loss.moved-steps", "1500"))
+AIRPLANE = Model("airplane", "airplane", preset="sharp", steps=2400, options=("--loss.moved-steps", "1500"))
+# What is wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
+FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
 BATHTUB = Model("bathtub", "bathtub", preset="best", steps=1500, options=FAST)
-SHARP = {
-    name: Model(name, name, preset="best", steps=1500, options=CLOSE)
-    for name in ("car", "jar", "rifle", "sofa", "vessel")
-}
 MODELS = (
     *(
         {**FURNITURE, **SHARP, "airplane": AIRPLANE, "bathtub": BATHTUB}.get(name) or Model(name, name)
