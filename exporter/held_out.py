@@ -21,7 +21,7 @@ LEAST_PICTURES: Final = 20
 
 
 def read_pictures(
-    files: Sequence[bytes], width: int, height: int, distance: float, field_of_view_degrees: float, zoom: float = 1.0
+    files: Sequence[bytes], width: int, height: int, distance: float, field_of_view_degrees: float, zoom: float
 ) -> Float32[ndarray, "N 3 {height} {width}"]:
     """Picture files as the service gives them to the encoder; those that cannot be used are left out."""
     prepared = [_prepared(content, width, height, distance, field_of_view_degrees, zoom, True) for content in files]

@@ -50,7 +50,7 @@ def test_the_manifest_tells_what_it_costs(exported: Path, lowered: dict[str, Pat
     assert (record.encoder, record.pictures) == (precision, 30)
     assert record.decoder == ("float16" if precision == "float16" else "float32")
     assert set(record.deviations) == {*ENCODER_OUTPUTS, *DECODER_OUTPUTS}
-    pictures = read_pictures(FILES[30:], 64, 48, 2.0, 30.0)
+    pictures = read_pictures(FILES[30:], 64, 48, 2.0, 30.0, 1.0)
     before, after = answers(exported, pictures), answers(lowered[precision], pictures)
     for name in ("shape_mean", "shape_deviation", "azimuth_probabilities", "azimuth_fine_mean"):
         difference = np.abs(before[name] - after[name])
