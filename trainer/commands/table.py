@@ -30,6 +30,8 @@ from trainer.tables.workers import run_side_by_side
 from trainer.training.checks import check_settings
 
 MOST_SEEDS = 100
+ENLARGED = 2
+"""How many times larger than a training's pictures those are that a recipe zooms into."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,9 @@ class TableCommand:
     """Classes of objects; by default those of the paper's table."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds of the trainings, a training each."""
-    preset: str = "best"
-    """Recipe that every setting starts from: a preset, or a TOML file. paper-small has the paper's objective."""
+    preset: str = ""
+    """Recipe that every setting starts from: a preset, or a TOML file; by default best, of ablation sharp. paper-small
+    has the paper's objective."""
     steps: int = 0
     """Steps of each training; 0 means the preset's."""
     budget: float = 0.0
@@ -82,7 +85,7 @@ class TableCommand:
             raise ConfigError(f"Expected --classes that differ, found {' '.join(classes)}. Name each once.")
         entries = entries_of(table, classes, self.seeds)
         tasks = tasks_of(entries)
-        study = self._study(tasks)
+        study = self._study(table, tasks)
         for task in tasks:
             check_settings(study.config(task.cell))
             check_identity(study, task.cell)
@@ -117,27 +120,31 @@ class TableCommand:
         if not 1 <= len(self.seeds) <= MOST_SEEDS or len(set(self.seeds)) < len(self.seeds):
             raise ConfigError(f"Expected 1 to {MOST_SEEDS} different --seeds, found {self.seeds}.")
 
-    def _study(self, tasks: Sequence[Task]) -> Study:
+    def _study(self, table: Table, tasks: Sequence[Task]) -> Study:
         for views in {views for task in tasks for views in task.test_views}:
             if self.test_views % views:
                 raise ConfigError(
                     f"Expected --test-views to be a multiple of {views}, found {self.test_views}: {self.name} judges "
                     f"{views} pictures of an object together."
                 )
-        recipe = self._recipe()
+        preset = self.preset or table.preset
+        recipe = self._recipe(preset)
+        # What a zoom enlarges has to be there.
+        size = (ENLARGED * recipe.width, ENLARGED * recipe.height) if recipe.zoom != 1 else None
         return Study(
             root=self.output,
-            recipe_name=Path(self.preset).stem,
+            recipe_name=Path(preset).stem,
             recipe=recipe,
             instances=self.instances or (4000 if self.shapenet is None else None),
             test_instances=self.test_instances,
             test_views=self.test_views,
             seconds=self.budget * 60 / len(tasks) if self.budget else None,
             shapenet=self.shapenet,
+            picture_size=size,
         )
 
-    def _recipe(self) -> TrainConfig:
-        recipe = load_preset(self.preset)
+    def _recipe(self, preset: str) -> TrainConfig:
+        recipe = load_preset(preset)
         if self.steps:
             recipe = replace(recipe, optimiser=replace(recipe.optimiser, steps=self.steps))
         return recipe

@@ -13,9 +13,6 @@ from trainer.mapping import from_mapping
 from trainer.tables.setting import Setting, setting_for, training_config
 from trainer.tables.table import load_table, table_names
 
-# What the rows of tables start from.
-_RECIPE = "best"
-
 
 def preset_names() -> list[str]:
     return sorted(
@@ -71,4 +68,4 @@ def _row(table: str, name: str, category: str = "") -> TrainConfig:
         )
     if category:
         check_category(category)
-    return training_config(setting_for(setting, category), load_preset(_RECIPE))
+    return training_config(setting_for(setting, category), load_preset(load_table(table).preset))

@@ -58,7 +58,7 @@ def as_markdown(
             lines.append(f"| {category} | {row.name} | {' | '.join(told)} | {_effort(results, category, row.name)} |")
     if len(classes) > 1:
         lines += _averages(table, classes, results)
-    lines += ["", "± is Student's 95 % interval over seeds. " + _PAPER_S]
+    lines += ["", "± is Student's 95 % interval over seeds." + (f" {_PAPER_S}" if _beside(table, "paper") else "")]
     if table.comparisons:
         lines += ["", *_orderings(table, orderings_of(table, results))]
     if failures:
@@ -131,27 +131,31 @@ def _mean_of_all(values: Sequence[float | None]) -> float | None:
 
 def _orderings(table: Table, orderings: Sequence[Ordering]) -> list[str]:
     classes = dict.fromkeys(category for ordering in orderings for category in ordering.by_class)
+    of_paper = any(ordering.paper is not None for ordering in orderings)
+    heads = ["better, says the paper", "than", "paper"] if of_paper else ["better?", "than"]
     lines = [
-        "## The paper's orderings",
+        "## The paper's orderings" if of_paper else "## What each part is worth",
         "",
-        f"| better, says the paper | than | paper | ours | pairs | verdict | {' | '.join(classes) or '–'} |",
-        "|---" * (7 + max(0, len(classes) - 1)) + "|",
+        f"| {' | '.join(heads)} | ours | pairs | verdict | {' | '.join(classes) or '–'} |",
+        "|---" * (len(heads) + 3 + max(1, len(classes))) + "|",
     ]
     for ordering in orderings:
         ours = _UNKNOWN if ordering.ours is None else _signed(ordering.ours)
         pairs = _UNKNOWN if ordering.ours is None else f"{ordering.agreeing} of {ordering.ours.size}"
         own = [_signed(ordering.by_class[name]) if name in ordering.by_class else _UNKNOWN for name in classes]
-        names = f"{ordering.comparison.better} | {ordering.comparison.worse}"
-        lines.append(
-            f"| {names} | {ordering.paper:+.2f} | {ours} | {pairs} | {ordering.verdict} | "
-            f"{' | '.join(own) or _UNKNOWN} |"
-        )
+        paper = [] if ordering.paper is None else [f"{ordering.paper:+.2f}"]
+        told = [ordering.comparison.better, ordering.comparison.worse, *paper, ours, pairs, ordering.verdict]
+        lines.append(f"| {' | '.join([*told, *(own or [_UNKNOWN])])} |")
+    paper_s = (
+        " The paper's differences are means over the classes of its own table, some with other parameterisations than "
+        "here."
+    )
     return [
         *lines,
         "",
         "Differences of IoU, at the same class and seed; ± is Student's 95 % interval over all such pairs (in a "
-        "class's own column, over its seeds). *Found* and *reversed* mean that the interval excludes 0. The paper's "
-        "differences are means over the classes of its own table, some with other parameterisations than here.",
+        "class's own column, over its seeds). *Found* and *reversed* mean that the interval excludes 0."
+        f"{paper_s if of_paper else ''}",
     ]
 
 

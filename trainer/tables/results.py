@@ -33,13 +33,13 @@ class Ordering(NamedTuple):
     """A comparison: IoU of the row that should be better less that of the other, at the same class and seed."""
 
     comparison: Comparison
-    paper: float
-    """Mean over the paper's classes."""
+    paper: float | None
+    """Mean over the paper's classes; None where the paper does not compare."""
     ours: Mean | None
     """Over our classes and seeds; None where no pair is done."""
     by_class: dict[str, Mean]
     agreeing: int
-    """Pairs in the paper's order."""
+    """Pairs in which it is."""
     verdict: Literal["found", "reversed", "not decided"]
     """Whether the whole interval of ours lies above 0, below it, or neither."""
 
@@ -84,7 +84,7 @@ def orderings_of(table: Table, results: Sequence[Result]) -> list[Ordering]:
         orderings.append(
             Ordering(
                 comparison,
-                paper_difference(comparison.paper),
+                None if comparison.paper is None else paper_difference(comparison.paper),
                 ours,
                 by_class,
                 sum(difference > 0 for difference in everywhere),

@@ -1,10 +1,13 @@
 """A setting of the paper's experiments (section 5): what its pictures show, and what is learnt from them; or any other
 configuration under a name of its own."""
 
+import re
+import tomllib
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from trainer.config import ModelConfig, TrainConfig
+from trainer.mapping import from_mapping
 
 Parameterisation = Literal["subdivision", "ortho-block", "full-block"]
 
@@ -30,6 +33,8 @@ class Setting:
     """Dimensions of the shape code z."""
     pose: Literal["none", "azimuth"] = "none"
     """`azimuth`: the poses are told in training."""
+    changes: tuple[str, ...] = ()
+    """What else of the recipe is other than it says, each a line of a preset: `loss.kl_weight = 2`."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,7 @@ def setting_name(setting: Setting | Variant) -> str:
         (f"{setting.views}-views", setting.views != 1),
         (f"latent-{setting.latent}", setting.latent != 12),
         ("pose-given", setting.pose != "none"),
+        *((re.sub(r"[^\w.-]+", "-", change).strip("-"), True) for change in setting.changes),
     ]
     return "_".join(part for part, differs in told if differs) or "baseline"
 
@@ -104,4 +110,5 @@ def training_config(setting: Setting | Variant, recipe: TrainConfig) -> TrainCon
         objects = max(2, objects // 2)
     optimiser = replace(optimiser, views_per_instance=setting.views, batch_size=objects * setting.views)
     loss = replace(recipe.loss, kind=setting.loss, pose_supervision=setting.pose)
-    return replace(recipe, model=model, loss=loss, optimiser=optimiser)
+    changed = replace(recipe, model=model, loss=loss, optimiser=optimiser)
+    return from_mapping(TrainConfig, tomllib.loads("\n".join(setting.changes)), "changes", changed)

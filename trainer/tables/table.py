@@ -49,7 +49,8 @@ class Comparison:
 
     better: str
     worse: str
-    paper: PaperOrdering
+    paper: PaperOrdering | None
+    """None: a question of our own."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,8 @@ class Table:
     title: str
     label: str
     """In the paper's LaTeX source; empty for a table of our own."""
+    preset: str
+    """The recipe that its settings change, unless another one is named."""
     figures: tuple[Figure, ...]
     classes: tuple[str, ...]
     rows: tuple[Row, ...]
@@ -94,6 +97,7 @@ def load_table(name: str) -> Table:
         name,
         content["title"],
         content.get("label", ""),
+        content.get("preset", "best"),
         figures,
         tuple(content.get("classes", dict.fromkeys(shown))),
         rows,
@@ -108,6 +112,8 @@ def _row(content: dict[str, Any], figures: tuple[Figure, ...], table: str) -> Ro
 
 
 def _comparison(content: dict[str, Any]) -> Comparison:
+    if "paper" not in content:
+        return Comparison(content["better"], content["worse"], None)
     paper = content["paper"]
     ordering = PaperOrdering(paper["table"], Reference(*paper["better"]), Reference(*paper["worse"]))
     return Comparison(content["better"], content["worse"], ordering)

@@ -1,12 +1,17 @@
 """What is made of figures: means with intervals, and orderings."""
 
 import math
+from itertools import groupby
+from pathlib import Path
 
 import pytest
 
+from trainer.presets import load_preset
 from trainer.tables.cells import entries_of, tasks_of
+from trainer.tables.page import as_markdown
 from trainer.tables.results import Result, mean_figure, orderings_of, paper_difference
 from trainer.tables.statistics import mean_of
+from trainer.tables.study import Study
 from trainer.tables.table import PaperOrdering, Reference, Table, load_table
 
 
@@ -41,6 +46,21 @@ def test_a_figure_is_the_mean_over_the_seeds_of_its_own_trainings() -> None:
     assert mean_figure(found, "sofa", "full-block", "iou") is None
 
 
+def test_an_ablation_compares_without_the_paper() -> None:
+    table = load_table("ablation")
+    iou = dict.fromkeys((row.name for row in table.rows), 0.5) | {"recipe": 0.6}
+    found = results(table, iou, (0, 1, 2))
+    assert [(one.paper, one.verdict) for one in orderings_of(table, found)] == [(None, "found")] * 5
+    study = Study(Path("out"), "sharp", load_preset("sharp"), 4000, 100, 6, None)
+    page = as_markdown(table, study, ("car", "chair"), found, ())
+    assert "## What each part is worth" in page
+    assert "| recipe | no-zoom | +0.100 ± 0.000 | 6 of 6 | found | +0.100 ± 0.000 | +0.100 ± 0.000 |" in page
+    # Each line of a table has as many cells as its head.
+    for _, lines in groupby(page.splitlines(), lambda line: line.startswith("|")):
+        assert len({line.count("|") for line in lines if line.startswith("|")}) <= 1
+    assert "ShapeNet" not in page
+
+
 def test_an_ordering_is_found_reversed_or_not_decided() -> None:
     table = load_table("comparisons")
     iou = dict.fromkeys((row.name for row in table.rows), 0.5)
@@ -61,6 +81,7 @@ def test_an_ordering_is_found_reversed_or_not_decided() -> None:
 
 def test_the_paper_s_orderings_hold_in_the_paper() -> None:
     for comparison in load_table("comparisons").comparisons:
+        assert comparison.paper is not None
         assert paper_difference(comparison.paper) > 0
     views = PaperOrdering("table-5", Reference("train-3-test-1", "iou"), Reference("train-1-test-1", "iou"))
     assert paper_difference(views) == pytest.approx(((0.82 - 0.77) + (0.50 - 0.46)) / 2)

@@ -33,7 +33,8 @@ def test_every_row_is_a_training_that_could_begin_and_has_a_preset(name: str, se
         own = setting_for(setting, category)
         for preset in preset_names():
             check_settings(training_config(own, load_preset(preset)))
-        assert load_preset(f"{name}/{category}") == training_config(own, load_preset("best"))
+        recipe = load_preset(load_table(name.partition("/")[0]).preset)
+        assert load_preset(f"{name}/{category}") == training_config(own, recipe)
 
 
 def test_settings_that_differ_have_names_that_differ() -> None:
@@ -44,6 +45,35 @@ def test_settings_that_differ_have_names_that_differ() -> None:
         for pose in ("none", "azimuth")
     }
     assert len({setting_name(setting) for setting in settings}) == len(settings) > 20
+
+
+def test_changes_are_lines_of_a_preset() -> None:
+    lines = ("zoom = 1", "loss.kl_weight = 2", "loss.objective = 'paper'")
+    recipe = load_preset("sharp")
+    found = training_config(Setting(changes=lines), recipe)
+    assert (found.zoom, found.loss.kl_weight, found.loss.objective) == (1, 2, "paper")
+    assert replace(found, zoom=0, loss=recipe.loss) == recipe
+    assert setting_name(Setting(changes=lines)) == "zoom-1_loss.kl_weight-2_loss.objective-paper"
+    with pytest.raises(ConfigError, match="changes: loss: there is no setting 'kl_wieght'; did you mean 'kl_weight'"):
+        training_config(Setting(changes=("loss.kl_wieght = 2",)), recipe)
+
+
+def test_the_ablation_leaves_parts_of_the_default_preset_away() -> None:
+    recipe, rows = load_preset("sharp"), {row.name: row.setting for row in load_table("ablation").rows}
+    changed = {name: training_config(setting, recipe) for name, setting in rows.items() if setting is not None}
+    assert changed["recipe"] == recipe
+    assert all(config != recipe for name, config in changed.items() if name != "recipe")
+    assert changed["priors-cool-late"] == replace(recipe, loss=load_preset("best").loss)
+    paper, soon = load_preset("paper-small"), recipe.loss
+    # Of which the paper's objective knows nothing.
+    loss = replace(
+        paper.loss,
+        kl_cooling_steps=soon.kl_cooling_steps,
+        temperature_cooling_steps=soon.temperature_cooling_steps,
+        encoder_prior_steps=soon.encoder_prior_steps,
+    )
+    optimiser = replace(paper.optimiser, steps=recipe.optimiser.steps)
+    assert changed["paper"] == replace(paper, loss=loss, optimiser=optimiser)
 
 
 def test_a_setting_changes_what_it_says() -> None:
