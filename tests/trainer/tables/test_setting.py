@@ -63,15 +63,12 @@ def test_the_ablation_leaves_parts_of_the_default_preset_away() -> None:
     changed = {name: training_config(setting, recipe) for name, setting in rows.items() if setting is not None}
     assert changed["recipe"] == recipe
     assert all(config != recipe for name, config in changed.items() if name != "recipe")
-    assert changed["priors-cool-late"] == replace(recipe, loss=load_preset("best").loss)
-    paper, soon = load_preset("paper-small"), recipe.loss
-    # Of which the paper's objective knows nothing.
-    loss = replace(
-        paper.loss,
-        kl_cooling_steps=soon.kl_cooling_steps,
-        temperature_cooling_steps=soon.temperature_cooling_steps,
-        encoder_prior_steps=soon.encoder_prior_steps,
-    )
+    assert changed["code-not-held-back"] == replace(recipe, loss=load_preset("best").loss)
+    soon = replace(load_preset("quick").loss, kl_cooling_steps=recipe.loss.kl_cooling_steps)
+    assert changed["all-cools-soon"] == replace(recipe, loss=soon)
+    paper = load_preset("paper-small")
+    # A constant weight does not cool.
+    loss = replace(paper.loss, kl_cooling_steps=recipe.loss.kl_cooling_steps)
     optimiser = replace(paper.optimiser, steps=recipe.optimiser.steps)
     assert changed["paper"] == replace(paper, loss=loss, optimiser=optimiser)
 
