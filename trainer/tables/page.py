@@ -134,7 +134,7 @@ def _orderings(table: Table, orderings: Sequence[Ordering]) -> list[str]:
     of_paper = any(ordering.paper is not None for ordering in orderings)
     heads = ["better, says the paper", "than", "paper"] if of_paper else ["better?", "than"]
     lines = [
-        "## The paper's orderings" if of_paper else "## What each part is worth",
+        "## The paper's orderings" if of_paper else "## What each is worth",
         "",
         f"| {' | '.join(heads)} | ours | pairs | verdict | {' | '.join(classes) or '–'} |",
         "|---" * (len(heads) + 3 + max(1, len(classes))) + "|",

@@ -50,10 +50,10 @@ def test_an_ablation_compares_without_the_paper() -> None:
     table = load_table("ablation")
     iou = dict.fromkeys((row.name for row in table.rows), 0.5) | {"recipe": 0.6}
     found = results(table, iou, (0, 1, 2))
-    assert [(one.paper, one.verdict) for one in orderings_of(table, found)] == [(None, "found")] * 6
+    assert [(one.paper, one.verdict) for one in orderings_of(table, found)] == [(None, "found")] * 7
     study = Study(Path("out"), "sharp", load_preset("sharp"), 4000, 100, 6, None)
     page = as_markdown(table, study, ("car", "chair"), found, ())
-    assert "## What each part is worth" in page
+    assert "## What each is worth" in page
     assert "| recipe | no-zoom | +0.100 ± 0.000 | 6 of 6 | found | +0.100 ± 0.000 | +0.100 ± 0.000 |" in page
     # Each line of a table has as many cells as its head.
     for _, lines in groupby(page.splitlines(), lambda line: line.startswith("|")):

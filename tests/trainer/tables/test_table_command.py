@@ -183,3 +183,14 @@ def test_a_plan_writes_nothing(
     assert plan.count("render out/tables/pictures/64x48/procedural/sofa/fixed-colour/") == 4
     assert plan.count("render out/tables/pictures/64x48/procedural/sofa/") == 4 + 3 + 3
     assert not list(tmp_path.iterdir())
+
+
+def test_what_is_zoomed_into_is_rendered_larger(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, plan, _ = answer(capsys, "table", "ablation", "--dry-run", "--classes", "car", "--seeds", "0")
+    assert status == 0
+    # Of the preset `sharp`, 64 × 48; what is not zoomed into is of the same pictures.
+    assert plan.count("out/tables/pictures/128x96/procedural/car/fixed-colour/") == plan.count("render ") == 3
+    assert "train car, zoom-1, seed 0" in plan
