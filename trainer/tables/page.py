@@ -143,7 +143,7 @@ def _orderings(table: Table, orderings: Sequence[Ordering]) -> list[str]:
         ours = _UNKNOWN if ordering.ours is None else _signed(ordering.ours)
         pairs = _UNKNOWN if ordering.ours is None else f"{ordering.agreeing} of {ordering.ours.size}"
         own = [_signed(ordering.by_class[name]) if name in ordering.by_class else _UNKNOWN for name in classes]
-        paper = [] if ordering.paper is None else [f"{ordering.paper:+.2f}"]
+        paper = [_UNKNOWN if ordering.paper is None else f"{ordering.paper:+.2f}"] if of_paper else []
         told = [ordering.comparison.better, ordering.comparison.worse, *paper, ours, pairs, ordering.verdict]
         lines.append(f"| {' | '.join([*told, *(own or [_UNKNOWN])])} |")
     paper_s = (

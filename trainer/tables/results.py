@@ -39,7 +39,7 @@ class Ordering(NamedTuple):
     """Over our classes and seeds; None where no pair is done."""
     by_class: dict[str, Mean]
     agreeing: int
-    """Pairs in which it is."""
+    """Pairs in which it does."""
     verdict: Literal["found", "reversed", "not decided"]
     """Whether the whole interval of ours lies above 0, below it, or neither."""
 
