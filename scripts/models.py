@@ -70,12 +70,11 @@ CARS = ("subdivision",)
 # What is made of many thin parts gains most by more pixels and steps; what has legs is tried as blocks of both kinds.
 BLOCKS = ("ortho-block", "full-block")
 CHAIR = Model("chair", "chair", candidates=BLOCKS, preset="best", steps=2000)
-SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "jar", "rifle", "sofa", "vessel")}
+SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY = ("--loss.kl-cooling-steps", "100")
 EITHER_WAY = {
-    "lamp": Model("lamp", "lamp", preset="sharp", steps=1500, options=EARLY),
-    "pot": Model("pot", "pot", preset="sharp", steps=1500, options=EARLY),
+    **{name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("jar", "lamp", "pot")},
     "table": Model("table", "table", candidates=BLOCKS, preset="sharp", steps=1500, options=EARLY),
 }
 # Wings may be before or behind the middle.
