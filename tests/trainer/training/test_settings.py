@@ -58,7 +58,10 @@ SETTINGS = {
     "latent of 40": Setting(model={"latent": 40}),
     "no poses": Setting(loss=UNTOLD, optimiser=LONGER),
     "no poses, moved": Setting(loss=UNTOLD | {"moved_steps": 80}, optimiser=LONGER),
-    "no poses, varying colour": Setting(rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=LONGER),
+    # After 160 steps the light is still hardly better than a guess (27° to 32° in three seeds), after 320 12° to 16°.
+    "no poses, varying colour": Setting(
+        rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=LONGER | {"steps": 320}
+    ),
 }
 
 
