@@ -73,18 +73,16 @@ CHAIR = Model("chair", "chair", candidates=BLOCKS, preset="best", steps=2000)
 SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY = ("--loss.kl-cooling-steps", "100")
+ROUND = ("bathtub", "jar", "lamp", "pot")
 EITHER_WAY = {
-    **{name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("jar", "lamp", "pot")},
+    **{name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ROUND},
     "table": Model("table", "table", candidates=BLOCKS, preset="sharp", steps=1500, options=EARLY),
 }
 # Wings may be before or behind the middle.
 AIRPLANE = Model("airplane", "airplane", preset="sharp", steps=2400, options=("--loss.moved-steps", "1500"))
-# What is wide is far from the cube that shapes begin as: a faster decoder comes there sooner.
-FAST = ("--optimiser.decoder-factor", "4", "--optimiser.falling-share", "0.5")
-BATHTUB = Model("bathtub", "bathtub", preset="best", steps=1500, options=FAST)
 MODELS = (
     *(
-        {**SHARP, **EITHER_WAY, "airplane": AIRPLANE, "bathtub": BATHTUB, "chair": CHAIR}.get(name) or Model(name, name)
+        {**SHARP, **EITHER_WAY, "airplane": AIRPLANE, "chair": CHAIR}.get(name) or Model(name, name)
         for name in CATEGORIES
     ),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
