@@ -67,24 +67,23 @@ class Model:
 
 # Cars in other lights are made of what suits them in the usual one.
 CARS = ("subdivision",)
-# What is made of many thin parts gains most by more pixels and steps; what has legs is tried as blocks of both kinds.
-BLOCKS = ("ortho-block", "full-block")
-CHAIR = Model("chair", "chair", candidates=BLOCKS, preset="best", steps=2000)
-SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY = ("--loss.kl-cooling-steps", "100")
-ROUND = ("bathtub", "jar", "lamp", "pot")
-EITHER_WAY = {
-    **{name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ROUND},
+# What is made of many thin parts gains most by more pixels and steps; what has legs is tried as blocks of both kinds.
+BLOCKS = ("ortho-block", "full-block")
+FURNITURE = {
+    "bench": Model("bench", "bench", candidates=BLOCKS),
+    "chair": Model("chair", "chair", candidates=BLOCKS, preset="best", steps=2000),
     "table": Model("table", "table", candidates=BLOCKS, preset="sharp", steps=1500, options=EARLY),
+}
+SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
+EITHER_WAY = {
+    name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("bathtub", "jar", "lamp", "pot")
 }
 # Wings may be before or behind the middle.
 AIRPLANE = Model("airplane", "airplane", preset="sharp", steps=2400, options=("--loss.moved-steps", "1500"))
 MODELS = (
-    *(
-        {**SHARP, **EITHER_WAY, "airplane": AIRPLANE, "chair": CHAIR}.get(name) or Model(name, name)
-        for name in CATEGORIES
-    ),
+    *({**FURNITURE, **SHARP, **EITHER_WAY, "airplane": AIRPLANE}.get(name) or Model(name, name) for name in CATEGORIES),
     Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
     # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
