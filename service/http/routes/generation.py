@@ -5,7 +5,7 @@ from collections.abc import Awaitable
 from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import JSONResponse
 
 from service.answer import Answer
@@ -13,6 +13,7 @@ from service.generation import consecutive, decode_shape, interpolate, read_shap
 from service.http.backend import Backend
 from service.http.media import JSON, REPRESENTATIONS, form_of
 from service.http.negotiation import negotiate
+from service.http.parameters import only_known_parameters
 from service.http.response import cacheable_answer, cacheable_gallery, cacheable_list, list_body
 from service.http.schema import SAMPLE, SHAPE, problems
 
@@ -56,7 +57,7 @@ _PROBLEMS = problems(
 
 def generation_routes(backend: Backend) -> APIRouter:
     """The routes that make shapes up."""
-    router = APIRouter()
+    router = APIRouter(dependencies=[Depends(only_known_parameters)])
     catalogue, metrics = backend.catalogue, backend.metrics
 
     async def respond(work: Awaitable[Answer], media_type: str, if_none_match: str | None) -> Response:

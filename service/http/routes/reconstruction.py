@@ -3,12 +3,13 @@
 from http import HTTPStatus
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Request, Response
+from fastapi import APIRouter, Depends, Header, Request, Response
 from fastapi.responses import JSONResponse
 
 from service.http.backend import Backend
 from service.http.media import REPRESENTATIONS, form_of
 from service.http.negotiation import negotiate
+from service.http.parameters import only_known_parameters
 from service.http.response import answer_response
 from service.http.schema import RECONSTRUCT, UPLOAD, problems
 from service.http.upload import AUTOMATIC, read_upload
@@ -18,7 +19,7 @@ from service.refinement import Effort
 
 def reconstruction_routes(backend: Backend) -> APIRouter:
     """The route that takes pictures."""
-    router = APIRouter()
+    router = APIRouter(dependencies=[Depends(only_known_parameters)])
     catalogue, settings = backend.catalogue, backend.settings
 
     @router.post(
