@@ -15,11 +15,12 @@ _DEGENERATE = 1e-6
 
 
 @kernel(error_model="numpy")
-def project(corners, colours, focal_length, width, height, supersampling, screen, planes):
+def project(corners, colours, focal_length, width, height, supersampling, closed, screen, planes):
     """Clips at the near plane, projects to samples, and returns the number of triangles written, at most two a face.
 
     Fills `screen` [2F, corner, xy] and `planes` [2F, 1 + C, 3]: 1/z and each colour/z as affine functions (∂x, ∂y,
-    constant) of the position. Triangles that cannot hold a sample are left out.
+    constant) of the position. Triangles that cannot hold a sample are left out, and of `closed` meshes those that turn
+    their back to the camera.
     """
     polygon = np.empty((4, 3 + colours.shape[2]))
     columns, rows = width * supersampling, height * supersampling
@@ -32,7 +33,9 @@ def project(corners, colours, focal_length, width, height, supersampling, screen
                 scale = focal_length / polygon[source, 2]
                 screen[count, corner, 0] = supersampling * (width / 2 + scale * polygon[source, 0])
                 screen[count, corner, 1] = supersampling * (height / 2 - scale * polygon[source, 1])
-            if _holds_samples(screen, count, columns, rows) and _plane_equations(screen, planes, count, polygon, fan):
+            if not _holds_samples(screen, count, columns, rows):
+                continue
+            if _plane_equations(screen, planes, count, polygon, fan, closed):
                 count += 1
     return count
 
@@ -84,13 +87,14 @@ def _holds_samples(screen, triangle, columns, rows):
 
 
 @kernel(error_model="numpy")
-def _plane_equations(screen, planes, triangle, polygon, fan):
-    """Writes a triangle's planes; False if it has none."""
+def _plane_equations(screen, planes, triangle, polygon, fan, closed):
+    """Writes a triangle's planes; False if it has none, or is the back of a `closed` mesh."""
     x0, y0 = screen[triangle, 0, 0], screen[triangle, 0, 1]
     x1, y1 = screen[triangle, 1, 0] - x0, screen[triangle, 1, 1] - y0
     x2, y2 = screen[triangle, 2, 0] - x0, screen[triangle, 2, 1] - y0
     area = x1 * y2 - x2 * y1
-    if abs(area) < _DEGENERATE:
+    # Rows are counted downward: what goes round counter-clockwise as seen has a negative area.
+    if abs(area) < _DEGENERATE or (closed and area > 0):
         return False
     near0, near1, near2 = 1 / polygon[0, 2], 1 / polygon[fan + 1, 2], 1 / polygon[fan + 2, 2]
     for row in range(planes.shape[1]):

@@ -31,6 +31,7 @@ def render(
     width: int,
     height: int,
     supersampling: int = 4,
+    closed: bool = False,
 ) -> Picture:
     """Draws triangles, both sides visible, nearest first, over black.
 
@@ -39,6 +40,9 @@ def render(
     is the mean of `supersampling`² samples on a regular grid. A sample on an edge that two faces share belongs to
     exactly one of them (left and top edges are inside, right and bottom edges outside), so neither gaps nor double
     coverage occur. Degenerate faces and corners that are not finite draw nothing.
+
+    `closed` says that the faces are solids seen from outside, counter-clockwise as in `trainer.data.shapes.solid`:
+    those that turn away from the camera are behind others, and are spared.
 
     Raises ValueError where shapes disagree or a size is not positive.
     """
@@ -56,17 +60,18 @@ def render(
         width,
         height,
         supersampling,
+        closed,
     )
     return Picture(colour, alpha)
 
 
 @kernel(error_model="numpy")
-def _render(corners, colours, focal_length, width, height, supersampling):
+def _render(corners, colours, focal_length, width, height, supersampling, closed):
     faces, channels = colours.shape[0], colours.shape[2]
     # A face that crosses the near plane leaves at most two triangles; all others leave one.
     screen = np.empty((2 * faces, 3, 2))
     planes = np.empty((2 * faces, 1 + channels, 3))
-    triangles = project(corners, colours, focal_length, width, height, supersampling, screen, planes)
+    triangles = project(corners, colours, focal_length, width, height, supersampling, closed, screen, planes)
 
     left, right, top, bottom = bounds(screen[:triangles], width * supersampling, height * supersampling)
     # Whole pixels only, so that each pixel's samples all lie inside the buffers.

@@ -148,3 +148,14 @@ def test_coordinates_far_outside_do_no_harm() -> None:
 def test_senseless_input_is_refused(corners: ndarray, colours: ndarray, focal: float, width: int) -> None:
     with pytest.raises(ValueError, match="expected"):
         render(corners, colours, focal, width, 8)
+
+
+def test_backs_of_closed_meshes_are_spared_and_those_of_others_are_drawn() -> None:
+    # Row 0 is on top: these corners go round counter-clockwise, as seen.
+    front = on_screen(quad(3, 2, 9, 5), 16.0, 16, 12)
+    back = front[:, ::-1]
+    colours = np.ones((2, 3, 3))
+    whole = render(front, colours, 16.0, 16, 12)
+    for corners, closed in ((back, False), (front, True)):
+        np.testing.assert_array_equal(render(corners, colours, 16.0, 16, 12, closed=closed).colour, whole.colour)
+    assert render(back, colours, 16.0, 16, 12, closed=True).alpha.max() == 0

@@ -23,7 +23,7 @@ from trainer import processes
 from trainer.config import SceneConfig
 from trainer.data.mesh_store import MeshStore, Ready
 from trainer.data.picture import draw
-from trainer.data.plan import RenderSettings, instance_names, load_instance, poses
+from trainer.data.plan import RenderSettings, instance_names, is_procedural, load_instance, poses
 from trainer.data.source import MOST_SHOWN, Minibatch, step_generator
 from trainer.errors import DataError
 
@@ -116,8 +116,8 @@ class FreshViews:
                 raise self._nothing_readable(self.names)
 
     def _picture(self, ready: Ready, azimuth: float, light_azimuth: float) -> Float32[ndarray, "3 H W"]:
-        scene, samples = self.scene, self.settings.supersampling
-        return draw(ready.mesh, azimuth, light_azimuth, scene, samples, ready.normals)[0].transpose(2, 0, 1)
+        scene, samples, closed = self.scene, self.settings.supersampling, is_procedural(self.settings)
+        return draw(ready.mesh, azimuth, light_azimuth, scene, samples, ready.normals, closed)[0].transpose(2, 0, 1)
 
     def _nothing_readable(self, names: tuple[str, ...]) -> DataError:
         return DataError(

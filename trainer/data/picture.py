@@ -23,11 +23,13 @@ def draw(
     scene: SceneConfig,
     supersampling: int = 4,
     normals: Float64[ndarray, "F 3 3"] | None = None,
+    closed: bool = False,
 ) -> tuple[Float32[ndarray, "H W 3"], Float32[ndarray, "H W"]]:
     """Draws a white mesh, given in the object frame, at `azimuth` under the scene's lights turned by `light_azimuth`
     (radians); returns linear colour over black, 0..1, and coverage.
 
-    The camera is the scene's: it looks at the origin. `normals` spares their computation where one mesh is drawn often.
+    The camera is the scene's: it looks at the origin. `normals` spares their computation where one mesh is drawn often,
+    and `closed`, of a mesh of solids that look outward, the drawing of their backs.
     """
     if normals is None:
         normals = corner_normals(mesh)
@@ -36,7 +38,7 @@ def draw(
     colours = lit(normals.reshape(-1, 3), scene, light_azimuth - azimuth).reshape(-1, 3, 3)
     camera = to_camera(mesh.vertices @ rotation_about_y(azimuth).T, scene)
     return supersample.render(
-        camera.take(mesh.faces, axis=0), colours, focal_length(scene), scene.width, scene.height, supersampling
+        camera.take(mesh.faces, axis=0), colours, focal_length(scene), scene.width, scene.height, supersampling, closed
     )
 
 

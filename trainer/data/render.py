@@ -39,7 +39,7 @@ from trainer.data.metadata import Row, read_metadata, write_metadata
 from trainer.data.normals import corner_normals
 from trainer.data.opengl import opengl
 from trainer.data.picture import Draw, draw
-from trainer.data.plan import Job, RenderSettings, category_of, claim, load_instance, plan_jobs
+from trainer.data.plan import Job, RenderSettings, category_of, claim, is_procedural, load_instance, plan_jobs
 from trainer.data.png import encode_png
 from trainer.data.shards import INDEX_FILE, rows_of, shard_name, write_index, write_shard
 from trainer.data.writing import write_bytes
@@ -213,8 +213,9 @@ def drawing(settings: RenderSettings, scene: SceneConfig) -> Iterator[Draw]:
     """What draws the pictures, for the block and this thread. Raises ConfigError where it is not installed."""
     match settings.renderer:
         case "chiaro":
+            closed = is_procedural(settings)
             yield lambda mesh, azimuth, light_azimuth, normals: draw(
-                mesh, azimuth, light_azimuth, scene, settings.supersampling, normals
+                mesh, azimuth, light_azimuth, scene, settings.supersampling, normals, closed
             )[0]
         case "pyrender":
             with opengl(scene, settings.supersampling) as draws:

@@ -9,7 +9,7 @@ import pytest
 from trainer.config import CameraConfig, DirectionalLight, SceneConfig
 from trainer.data.normals import corner_normals
 from trainer.data.picture import draw, focal_length, light_direction, lit, rotation_about_y, to_camera
-from trainer.data.shapes.catalogue import make_shape
+from trainer.data.shapes.catalogue import CATEGORIES, make_shape
 from trainer.data.shapes.solid import Mesh, box
 
 SCENE = SceneConfig()
@@ -100,3 +100,13 @@ def test_given_normals_are_used() -> None:
     colour, alpha = draw(mesh, 0.3, 0.0, scene, 4, upward)
     np.testing.assert_allclose(colour, np.repeat(alpha[..., None], 3, -1), atol=1e-6)
     assert not np.allclose(draw(mesh, 0.3, 0.0, scene, 4, corner_normals(mesh))[0], colour)
+
+
+@pytest.mark.parametrize("category", sorted(CATEGORIES))
+def test_solids_look_the_same_without_their_backs(category: str) -> None:
+    for seed in range(4):
+        mesh = make_shape(category, seed)
+        whole, spared = (draw(mesh, 0.7 + 1.9 * seed, 0.0, SCENE, closed=closed) for closed in (False, True))
+        np.testing.assert_array_equal(spared[1], whole[1])
+        # Where two solids touch, either may win a sample; a solid that looked inward would lose whole faces.
+        assert np.abs(spared[0] - whole[0]).mean() < 1e-4

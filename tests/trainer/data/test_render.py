@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from imaging.srgb import encode
@@ -207,3 +208,15 @@ def test_a_file_in_the_place_of_the_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("x")
     with pytest.raises(DataError, match="found a file"):
         run(tmp_path / "out")
+
+
+def test_meshes_of_files_may_look_inward(tmp_path: Path) -> None:
+    mesh = make_shape("chair", 5)
+    for name, faces in (("outward", mesh.faces), ("inward", mesh.faces[:, ::-1])):
+        (tmp_path / name).mkdir()
+        trimesh.Trimesh(mesh.vertices, faces, process=False).export(tmp_path / name / "it.ply")
+        run(tmp_path / f"{name} pictures", RenderSettings(str(tmp_path / name)), None, 1)
+    pictures = [np.asarray(Image.open(tmp_path / f"{name} pictures" / name / "it.ply-00.png"), int)
+                for name in ("outward", "inward")]  # fmt: skip
+    assert pictures[0].max() > 50
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.1
