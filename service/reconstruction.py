@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pydantic_core import to_jsonable_python
 
-from imaging.preparation import Prepared
+from imaging.preparation import Prepared, placed
 from service.answer import Answer, Form, milliseconds
 from service.errors import ImageError, StrangeImageError
 from service.explanation import MOST_STRANGE, category_probabilities, out_of_class_score, unexplained
@@ -17,6 +17,7 @@ from service.image import check_pixels, read_picture
 from service.inference import Array, Engine, Posterior, Surface, decode, encode, pool
 from service.manifest import Camera, Picture
 from service.overlay import enlargement, overlay_png
+from service.placement import DEFAULT_ROUNDS, place
 from service.refinement import AS_ENCODED, Effort, improve
 from service.report import RefinementReport, Report
 
@@ -31,7 +32,7 @@ class Candidate(NamedTuple):
     shape_deviation: Array
     surface: Surface
     errors: tuple[float, ...]
-    """The re-render error of each picture."""
+    """The re-render error of each picture at first sight."""
 
 
 def reconstruct(
@@ -42,11 +43,13 @@ def reconstruct(
     hypotheses: int = 3,
     effort: Effort = AS_ENCODED,
     blocks: Blocks = "all",
+    rounds: int = DEFAULT_ROUNDS,
 ) -> Answer:
     """The object in uploaded pictures, by the one of several models that explains them best, its answer refined.
 
-    Scores and the choice of the model rest on what the encoder says: so do the figures that they are compared with. A
-    PNG shows the mesh over the first picture; a GLB holds all blocks of the object, or those that it uses.
+    Scores and the choice of the model rest on what the encoder says at first sight: so do the figures that they are
+    compared with. The model that answers then looks, in so many `rounds`, where objects belong that were cut out. A PNG
+    shows the mesh over the first picture; a GLB holds all blocks of the object, or those that it uses.
 
     Raises:
         ImageError: an upload is no picture that can be read, or none of the models explains it.
@@ -54,8 +57,7 @@ def reconstruct(
     """
     if len(contents) > 1:
         check_pixels(contents, max_pixels)
-    refining = ("refine",) if effort.iterations else ()
-    seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", *refining, form), 0.0)
+    seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", "place", "refine", form), 0.0)
     candidates: dict[str, Candidate] = {}
     pictures: dict[tuple[Picture, Camera], tuple[Prepared, ...]] = {}
     for engine in engines:
@@ -70,6 +72,11 @@ def reconstruct(
     told = probabilities if len(engines) > 1 else None
     reports = ((candidates[name], _report(candidates[name], told, hypotheses)) for name in probabilities)
     best, report = _first_explained(reports)
+    if rounds and any(prepared.guessed for prepared in best.pictures):
+        began = perf_counter()
+        best = _placed(best, rounds)
+        report = _report(best, told, hypotheses)
+        seconds["place"] += perf_counter() - began
     if effort.iterations:
         began = perf_counter()
         best, gain = _refined(best, effort)
@@ -78,7 +85,7 @@ def reconstruct(
     began = perf_counter()
     content = _glb(best, report, blocks) if form == "glb" else _png(best, contents[0], max_pixels)
     seconds[form] += perf_counter() - began
-    return Answer(content, report, milliseconds(seconds))
+    return Answer(content, report, milliseconds({stage: taken for stage, taken in seconds.items() if taken}))
 
 
 def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, float]) -> Candidate:
@@ -89,10 +96,7 @@ def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, floa
     encoded = perf_counter()
     surface = decode(engine, shape_code)
     decoded = perf_counter()
-    errors = tuple(
-        unexplained(engine, prepared, posterior, surface)
-        for prepared, posterior in zip(pictures, posteriors, strict=True)
-    )
+    errors = _errors(engine, pictures, posteriors, surface)
     drawn = perf_counter()
     for stage, value in (
         ("encoder", encoded - started),
@@ -103,18 +107,40 @@ def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, floa
     return Candidate(engine, pictures, posteriors, shape_code, shape_deviation, surface, errors)
 
 
+def _placed(candidate: Candidate, rounds: int) -> Candidate:
+    """The same candidate with cut-out objects where it explains them best, its errors as they were."""
+    engine = candidate.engine
+    pictures, posteriors = zip(*(place(engine, prepared, rounds) for prepared in candidate.pictures), strict=True)
+    shape_code, shape_deviation = pool(posteriors)
+    return Candidate(
+        engine, pictures, posteriors, shape_code, shape_deviation, decode(engine, shape_code), candidate.errors
+    )
+
+
 def _refined(candidate: Candidate, effort: Effort) -> tuple[Candidate, RefinementReport]:
     """The same candidate with better poses, lights and shape, its errors as they were; and what was gained."""
     engine, pictures = candidate.engine, candidate.pictures
     better = improve(engine, pictures, candidate.posteriors, candidate.shape_code, effort)
     surface = decode(engine, better.shape_code)
-    errors = [
-        unexplained(engine, prepared, posterior, surface)
-        for prepared, posterior in zip(pictures, better.posteriors, strict=True)
-    ]
-    before, after = (round(sum(found) / len(found), 6) for found in (candidate.errors, errors))
+    before, after = (
+        round(sum(errors) / len(errors), 6)
+        for errors in (
+            _errors(engine, pictures, candidate.posteriors, candidate.surface),
+            _errors(engine, pictures, better.posteriors, surface),
+        )
+    )
     new = candidate._replace(posteriors=better.posteriors, shape_code=better.shape_code, surface=surface)
     return new, RefinementReport(better.iterations, before, after)
+
+
+def _errors(
+    engine: Engine, pictures: Sequence[Prepared], posteriors: Sequence[Posterior], surface: Surface
+) -> tuple[float, ...]:
+    """The re-render error of each picture."""
+    return tuple(
+        unexplained(engine, prepared, posterior, surface)
+        for prepared, posterior in zip(pictures, posteriors, strict=True)
+    )
 
 
 def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepared:
@@ -184,6 +210,6 @@ def _png(candidate: Candidate, content: bytes, max_pixels: int) -> bytes:
         # Looked at more closely, its background may be too restless to be told from the object.
         closer = seen
     if closer.method == seen.method and closer is not seen:
-        picture = closer.picture
+        picture = (closer if seen.placement is None else placed(closer, seen.placement)).picture
     light_azimuth = 0.0 if first.light is None else first.light.azimuth
     return overlay_png(engine, candidate.surface, first.azimuth, light_azimuth, picture)
