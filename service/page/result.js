@@ -24,6 +24,7 @@ const STAGES = {
   encoder: "Pose and shape code",
   decoder: "Mesh",
   render: "Drawing it again",
+  place: "Placing the object",
   refine: "Refining",
   glb: "Writing the GLB",
 };
