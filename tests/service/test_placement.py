@@ -110,6 +110,22 @@ def test_what_explains_nothing_stays_where_the_rule_sets_it(cars: Engine, monkey
     np.testing.assert_array_equal(found.picture, prepared.picture)
 
 
+def test_classes_are_told_apart_by_where_each_model_sees_the_object() -> None:
+    names = ("car", "chair", "jar", "rifle", "sofa")
+    engines = [load_engine(read_bundle(CARS.parent / name)) for name in names]
+    right = {0: 0, 2: 0}
+    for number, name in enumerate(names):
+        for seed in range(3):
+            content = photograph(name, 7_000_000 + seed, 2 * math.pi * (0.618 * (3 * number + seed) % 1))
+            for rounds in right:
+                report = reconstruct(engines, [content], MANY, rounds=rounds).report
+                assert report.category_probabilities is not None
+                assert report.category_probabilities.keys() == set(names)
+                right[rounds] += report.category == name
+    print(f"right of 15: {right}")
+    assert right[2] >= max(right[0], 12)
+
+
 def test_framed_pictures_and_no_rounds_are_left_alone(cars: Engine, engine: Engine, picture: bytes) -> None:
     cut_out = prepared_for(cars, photograph("car", 7_000_000, 0.5))
     framed = prepared_for(engine, picture)
