@@ -3,7 +3,7 @@
 Every coordinate of every vertex is moved. A scene's error is |gradient - difference| / |difference| over all of them.
 """
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -50,11 +50,32 @@ def make_scene(kind: Kind, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
     return screen.astype(np.float32).astype(float), colours.astype(np.float32), faces
 
 
-def truth(screen: np.ndarray, colours: np.ndarray, faces: np.ndarray) -> supersample.Picture:
+class Window(NamedTuple):
+    """A part of the picture, pixels."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+WHOLE = Window(0, 0, WIDTH, HEIGHT)
+
+
+def truth(screen: np.ndarray, colours: np.ndarray, faces: np.ndarray, window: Window = WHOLE) -> supersample.Picture:
+    width, height = window.right - window.left, window.bottom - window.top
     depth = 1 / screen[:, 2]
-    x, y = (screen[:, 0] - WIDTH / 2) * depth / FOCAL, (HEIGHT / 2 - screen[:, 1]) * depth / FOCAL
+    x = (screen[:, 0] - window.left - width / 2) * depth / FOCAL
+    y = (height / 2 - (screen[:, 1] - window.top)) * depth / FOCAL
     corners = np.stack((x, y, depth), 1)[faces]
-    return supersample.render(corners, colours[faces].astype(float), FOCAL, WIDTH, HEIGHT, SUPERSAMPLING)
+    return supersample.render(corners, colours[faces].astype(float), FOCAL, width, height, SUPERSAMPLING)
+
+
+def around(vertex: int, screen: np.ndarray, faces: np.ndarray) -> Window:
+    """All that changes where a vertex moves: its faces, and a pixel more."""
+    touched = screen[faces[(faces == vertex).any(1)].reshape(-1), :2]
+    (left, top), (right, bottom) = np.floor(touched.min(0)).astype(int) - 1, np.ceil(touched.max(0)).astype(int) + 1
+    return Window(max(left, 0), max(top, 0), min(right, WIDTH), min(bottom, HEIGHT))
 
 
 def inner(alpha: np.ndarray) -> np.ndarray:
@@ -75,17 +96,19 @@ def relative_errors(kind: Kind, seed: int) -> list[float]:
     weights[1, :, :, :3] = inner(truth(screen, colours, faces).alpha)[..., None]
     weights[2, :, :, :3] = 1
 
-    def values(moved: np.ndarray) -> np.ndarray:
-        picture = truth(moved, colours, faces)
-        residual = np.concatenate((picture.colour, picture.alpha[..., None]), -1) - target
-        return np.asarray(0.5 * (weights * residual**2).sum((1, 2, 3)))
+    def values(moved: np.ndarray, window: Window) -> np.ndarray:
+        picture = truth(moved, colours, faces, window)
+        rows, columns = slice(window.top, window.bottom), slice(window.left, window.right)
+        residual = np.concatenate((picture.colour, picture.alpha[..., None]), -1) - target[rows, columns]
+        return np.asarray(0.5 * (weights[:, rows, columns] * residual**2).sum((1, 2, 3)))
 
     units = np.array([1, 1, DEPTH_UNIT])
     differences = np.zeros((3, *screen.shape))
     for vertex, axis in np.ndindex(screen.shape):
         step = np.zeros_like(screen)
         step[vertex, axis] = STEP * units[axis]
-        differences[:, vertex, axis] = (values(screen + step) - values(screen - step)) / (2 * STEP)
+        window = around(vertex, screen, faces)
+        differences[:, vertex, axis] = (values(screen + step, window) - values(screen - step, window)) / (2 * STEP)
 
     # Coverage is the colour of a mesh that is white all over.
     painted = np.concatenate((colours, np.ones_like(colours[:, :1])), 1)

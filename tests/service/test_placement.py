@@ -58,7 +58,7 @@ def error(engine: Engine, prepared: Prepared, posterior: Posterior) -> float:
 
 def test_unseen_cars_are_explained_and_turned_better(cars: Engine) -> None:
     before, after, turns = [], [], []
-    for seed in range(12):
+    for seed in range(8):
         azimuth = 2 * math.pi * (0.618 * seed % 1)
         prepared = prepared_for(cars, photograph("car", 7_000_000 + seed, azimuth))
         assert prepared.guessed
@@ -75,9 +75,9 @@ def test_unseen_cars_are_explained_and_turned_better(cars: Engine) -> None:
         )
     assert np.mean(after) < 0.75 * np.mean(before)
     right = (np.array(turns) < math.radians(30)).sum(0)
-    print(f"re-render error {np.mean(before):.3f} → {np.mean(after):.3f}, within 30°: {right[0]} → {right[1]} of 12")
+    print(f"re-render error {np.mean(before):.3f} → {np.mean(after):.3f}, within 30°: {right[0]} → {right[1]} of 8")
     assert right[1] >= right[0]
-    assert right[1] >= 9
+    assert right[1] >= 6
 
 
 @pytest.mark.parametrize("true", [Placement(1.1, 0.06, -0.04), Placement(0.82, -0.07, 0.0), USUAL])
@@ -123,7 +123,8 @@ def test_classes_are_told_apart_by_where_each_model_sees_the_object() -> None:
                 assert report.category_probabilities.keys() == set(names)
                 right[rounds] += report.category == name
     print(f"right of 15: {right}")
-    assert right[2] >= max(right[0], 12)
+    assert right[2] > right[0]
+    assert right[2] >= 13
 
 
 def test_framed_pictures_and_no_rounds_are_left_alone(cars: Engine, engine: Engine, picture: bytes) -> None:
