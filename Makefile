@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-ceilings bench-parsimony bench-placement bench-refinement bench-training fuzz
+	bench-automatic bench-ceilings bench-parsimony bench-placement bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -103,6 +103,9 @@ bench-refinement: install  ## what a longer look gains, for every model that shi
 
 bench-placement: install  ## what it gains to look for where a cut-out object belongs, for every model that ships (benchmarks/placement.json; about 20 minutes)
 	$(BIN)/python -m benchmarks.placement
+
+bench-automatic: install  ## which category `auto` names, asked about objects of each class (docs/results/auto.json; about 2 minutes)
+	$(BIN)/python -m benchmarks.automatic
 
 bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where the time goes (benchmarks/training.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.training

@@ -10,8 +10,6 @@ of a search on one core.
 
 import argparse
 import io
-import json
-import shlex
 import statistics
 import sys
 import tempfile
@@ -25,22 +23,19 @@ from jaxtyping import UInt8
 from numpy import ndarray
 from PIL import Image
 
-from benchmarks.machine import machine
+from benchmarks.bundles import TEST_SEED, VALIDATION_SEED, add_options, measure_bundles, rendered
 from imaging.srgb import encode
 from service.bundle import read_bundle
 from service.errors import ImageError
 from service.image import read_picture
 from service.inference import Engine, load_engine
 from service.placement import place
-from trainer.data.plan import RenderSettings
-from trainer.data.render import render_folder
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import Pictures, Validation, from_folder, from_meshes, validation_from
 from trainer.evaluation.protocol import judge
 from trainer.evaluation.report import as_json
 from trainer.evaluation.subject import Subject
 
-VALIDATION_SEED, TEST_SEED = 1, 2
 MOST_PIXELS = 10**6
 FIGURES = (
     "iou",
@@ -55,30 +50,11 @@ FIGURES = (
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--models", type=Path, default=Path("models"), help="a directory of bundles")
-    parser.add_argument("--only", nargs="*", help="names of bundles; all, if absent")
     parser.add_argument(
         "--rounds", type=int, nargs="*", default=[0, 1, 2, 3], help="of the search; 0 is the rule alone"
     )
-    parser.add_argument("--objects", type=int, default=100, help="procedural objects to judge on, and to validate on")
-    parser.add_argument("--real-meshes", type=Path, help="a folder with a folder of mesh files for each class")
-    parser.add_argument("--views", type=int, default=6, help="pictures of each real mesh")
-    parser.add_argument("--output", type=Path, default=Path("benchmarks/placement.json"))
-    arguments = parser.parse_args()
-    results: dict[str, Any] = {
-        "machine": machine(),
-        "command": shlex.join(["python", "-m", "benchmarks.placement", *sys.argv[1:]]),
-    }
-    # Models that are in it and not looked at stay.
-    output: Path = arguments.output
-    results["models"] = json.loads(output.read_text())["models"] if output.exists() else {}
-    for manifest in sorted(arguments.models.glob("*/manifest.json")):
-        name = manifest.parent.name
-        if arguments.only is None or name in arguments.only:
-            results["models"][name] = measured(manifest.parent, arguments)
-            results["models"] = dict(sorted(results["models"].items()))
-            output.write_text(json.dumps(results, indent=2) + "\n")
-            print(name, json.dumps(results["models"][name]), flush=True)
+    add_options(parser, 100, 6, Path("benchmarks/placement.json"))
+    measure_bundles("benchmarks.placement", parser.parse_args(), measured)
     return 0
 
 
@@ -86,22 +62,14 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     """All figures of one bundle."""
     subject, engine = from_bundle(bundle), load_engine(read_bundle(bundle))
     with tempfile.TemporaryDirectory() as folder:
-        validation = validation_from(
-            _rendered(Path(folder), subject, VALIDATION_SEED, arguments.objects), subject.scene
-        )
-        test = from_folder(_rendered(Path(folder), subject, TEST_SEED, arguments.objects), subject.scene)
+        validation = validation_from(rendered(Path(folder), subject, VALIDATION_SEED, arguments.objects), subject.scene)
+        test = from_folder(rendered(Path(folder), subject, TEST_SEED, arguments.objects), subject.scene)
     found = {"test": _judged(subject, engine, test, validation, arguments.rounds)}
     meshes = arguments.real_meshes and arguments.real_meshes / subject.category
     if meshes and meshes.is_dir():
         real = from_meshes(meshes, subject.scene, arguments.views)
         found["real_meshes"] = _judged(subject, engine, real, validation, arguments.rounds)
     return found
-
-
-def _rendered(folder: Path, subject: Subject, seed: int, objects: int) -> Path:
-    settings = RenderSettings(subject.category, seed=seed)
-    render_folder(folder / str(seed), settings, subject.scene, objects, 1, 1, False)
-    return folder / str(seed)
 
 
 def _judged(

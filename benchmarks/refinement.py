@@ -8,8 +8,6 @@ as the service computes it, on one core.
 """
 
 import argparse
-import json
-import shlex
 import statistics
 import sys
 import tempfile
@@ -20,20 +18,17 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.machine import machine
+from benchmarks.bundles import TEST_SEED, VALIDATION_SEED, add_options, measure_bundles, rendered
 from imaging.preparation import Prepared
 from service.bundle import read_bundle
 from service.inference import encode, load_engine
 from service.refinement import Effort, improve
-from trainer.data.plan import RenderSettings
-from trainer.data.render import render_folder
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import Pictures, Validation, from_folder, from_meshes, linear_batches, validation_from
 from trainer.evaluation.protocol import judge
 from trainer.evaluation.report import as_json
 from trainer.evaluation.subject import Subject
 
-VALIDATION_SEED, TEST_SEED = 1, 2
 TIMED = 40
 FIGURES = (
     "iou",
@@ -51,29 +46,10 @@ FIGURES = (
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--models", type=Path, default=Path("models"), help="a directory of bundles")
-    parser.add_argument("--only", nargs="*", help="names of bundles; all, if absent")
     parser.add_argument("--iterations", type=int, default=4, help="of refinement")
-    parser.add_argument("--objects", type=int, default=200, help="procedural objects to judge on, and to validate on")
-    parser.add_argument("--real-meshes", type=Path, help="a folder with a folder of mesh files for each class")
-    parser.add_argument("--views", type=int, default=12, help="pictures of each real mesh")
-    parser.add_argument("--output", type=Path, default=Path("benchmarks/refinement.json"))
+    add_options(parser, 200, 12, Path("benchmarks/refinement.json"))
     arguments = parser.parse_args()
-    results: dict[str, Any] = {
-        "machine": machine(),
-        "command": shlex.join(["python", "-m", "benchmarks.refinement", *sys.argv[1:]]),
-        "iterations": arguments.iterations,
-    }
-    # Models that are in it and not looked at stay.
-    output: Path = arguments.output
-    results["models"] = json.loads(output.read_text())["models"] if output.exists() else {}
-    for manifest in sorted(arguments.models.glob("*/manifest.json")):
-        name = manifest.parent.name
-        if arguments.only is None or name in arguments.only:
-            results["models"][name] = measured(manifest.parent, arguments)
-            results["models"] = dict(sorted(results["models"].items()))
-            output.write_text(json.dumps(results, indent=2) + "\n")
-            print(name, json.dumps(results["models"][name]), flush=True)
+    measure_bundles("benchmarks.refinement", arguments, measured, iterations=arguments.iterations)
     return 0
 
 
@@ -81,10 +57,8 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     """All figures of one bundle."""
     subject = from_bundle(bundle)
     with tempfile.TemporaryDirectory() as folder:
-        validation = validation_from(
-            _pictures(Path(folder), subject, VALIDATION_SEED, arguments.objects), subject.scene
-        )
-        test = from_folder(_pictures(Path(folder), subject, TEST_SEED, arguments.objects), subject.scene)
+        validation = validation_from(rendered(Path(folder), subject, VALIDATION_SEED, arguments.objects), subject.scene)
+        test = from_folder(rendered(Path(folder), subject, TEST_SEED, arguments.objects), subject.scene)
     found: dict[str, Any] = {"test": _both(subject, test, validation, arguments.iterations)}
     meshes = arguments.real_meshes and arguments.real_meshes / subject.category
     if meshes and meshes.is_dir():
@@ -93,12 +67,6 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     images = np.concatenate([batch.numpy() for batch in linear_batches(test.codes[:TIMED])])
     found["service_ms"] = _milliseconds(bundle, images, arguments.iterations)
     return found
-
-
-def _pictures(folder: Path, subject: Subject, seed: int, objects: int) -> Path:
-    settings = RenderSettings(subject.category, seed=seed)
-    render_folder(folder / str(seed), settings, subject.scene, objects, 1, 1, False)
-    return folder / str(seed)
 
 
 def _both(subject: Subject, pictures: Pictures, validation: Validation, iterations: int) -> dict[str, Any]:
