@@ -19,7 +19,9 @@ async def only_known_parameters(request: Request) -> None:
     known = [field.alias for field in route.dependant.query_params]
     unknown = next((name for name in request.query_params if name not in known), None)
     if unknown is not None:
-        found = f"found “{unknown[:40]}” in the URL{_nearest(unknown, known)}; see /docs for what is expected"
+        # A head may be long, and so may what it calls a parameter.
+        name = unknown[:40]
+        found = f"found “{name}” in the URL{_nearest(name, known)}; see /docs for what is expected"
         detail = f"expected {_expectation(known)}, {found}"
         raise HttpError(HTTPStatus.UNPROCESSABLE_ENTITY, "unknown-parameter", detail)
 
