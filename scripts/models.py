@@ -22,8 +22,10 @@ from typing import Any
 from command import run
 from models_page import page
 
+from trainer.commands.train import TrainCommand
 from trainer.data.shapes.catalogue import CATEGORIES
 from trainer.data.writing import write_bytes
+from trainer.training.checkpoint import FILE_NAME as CHECKPOINT
 
 SCREENING_STEPS = 500
 VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
@@ -163,7 +165,7 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
     if len(model.candidates) > 1:
         for candidate in model.candidates:
             steps = min(workshop.screening_steps, workshop.steps_of(model))
-            train(workshop, model, candidate, steps, workshop.screening_directory(model, candidate))
+            train(workshop, model, candidate, steps, workshop.screening_directory(model, candidate), 0.0)
             found[candidate] = screened(workshop, model, candidate)
     chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
     train(workshop, model, chosen, workshop.steps_of(model), workshop.run_directory(model, chosen))
@@ -182,17 +184,24 @@ def training_options(model: Model, candidate: str) -> list[str]:
     return ["--class", model.category, "--model.parameterisation", candidate, *model.options]
 
 
-def train(workshop: Workshop, model: Model, candidate: str, steps: int, directory: Path) -> None:
-    """Trains to that step, from where it was."""
-    if (directory / "checkpoint.safetensors").exists():
-        if progress(directory)["step"] >= steps:
+def train(
+    workshop: Workshop,
+    model: Model,
+    candidate: str,
+    steps: int,
+    directory: Path,
+    reframing: float = TrainCommand.reframing_share,
+) -> None:
+    """Trains to that step, from where it was, and reframes for that share of it."""
+    if (directory / CHECKPOINT).exists():
+        if progress(directory)["step"] >= steps + round(reframing * steps):
             return
         options = ["--resume"]
     else:
         options = ["--preset", model.preset, *training_options(model, candidate)]
     images = workshop.pictures_of(model, "train")
     run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
-        *options, quiet=True)  # fmt: skip
+        "--reframing-share", reframing, *options, quiet=True)  # fmt: skip
 
 
 def screened(workshop: Workshop, model: Model, candidate: str) -> float:
@@ -231,9 +240,9 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
 
 
 def judge(directory: Path, name: str, validation: Path, *subjects: object) -> dict[str, Any]:
-    """What `trainer evaluate` finds, in the run directory under a name; it is asked again if training went on since."""
+    """What `trainer evaluate` finds, in the run directory under a name; it is asked again if that trained since."""
     path = directory / name / "metrics.json"
-    if not path.exists() or json.loads(path.read_text())["step"] != progress(directory)["step"]:
+    if not path.exists() or path.stat().st_mtime <= (directory / CHECKPOINT).stat().st_mtime:
         run("trainer", "evaluate", "--checkpoint", directory, "--validation", validation, *subjects,
             "--output", path.parent, quiet=True)  # fmt: skip
     found: dict[str, Any] = json.loads(path.read_text())

@@ -33,16 +33,15 @@ class Commands:
             self.trained.append((directory.name, steps, "--resume" in arguments))
             directory.mkdir(parents=True, exist_ok=True)
             (directory / "checkpoint.safetensors").touch()
-            (directory / "metrics.jsonl").write_text(json.dumps({"step": steps, "seconds": 1.0}) + "\n")
+            last = steps + round(float(str(options["--reframing-share"])) * steps)
+            (directory / "metrics.jsonl").write_text(json.dumps({"step": last, "seconds": 1.0}) + "\n")
         elif arguments[0] == "evaluate":
             directory, output = Path(str(options["--checkpoint"])), Path(str(options["--output"]))
             self.judged.append(output.name)
-            step = json.loads((directory / "metrics.jsonl").read_text())["step"]
             output.mkdir(parents=True, exist_ok=True)
             told = {
                 **dict.fromkeys(self.figures, 0.5),
                 "iou": OVERLAPS[directory.name.removesuffix("-screened")],
-                "step": step,
             }
             (output / "metrics.json").write_text(json.dumps(told))
             (output / "sheet.png").write_text(f"{directory.name}, {output.name}")
@@ -94,6 +93,15 @@ def test_what_is_there_is_not_made_again_but_trained_longer(make: Callable[..., 
     longer = make("--only", "sofa", "--screening-steps", "20", "--steps", "80")
     assert longer.trained == [("full-block", 80, True)]
     assert longer.judged == ["test"]
+
+
+def test_one_that_was_stopped_before_its_last_phase_goes_on(make: Callable[..., Commands], tmp_path: Path) -> None:
+    make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
+    told = tmp_path / "work/runs/sofa/subdivision/metrics.jsonl"
+    told.write_text(json.dumps({"step": 50, "seconds": 1.0}) + "\n")
+    again = make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
+    assert again.trained == [("subdivision", 50, True)]
+    assert again.judged == ["test"]
 
 
 def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Commands], tmp_path: Path) -> None:

@@ -51,8 +51,8 @@ class TableCommand:
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds of the trainings, a training each."""
     preset: str = ""
-    """Recipe that every setting starts from: a preset, or a TOML file; by default best, of ablation sharp. paper-small
-    has the paper's objective."""
+    """Recipe that every setting starts from: a preset, or a TOML file; by default best, of ablation and seeds sharp.
+    paper-small has the paper's objective."""
     steps: int = 0
     """Steps of each training; 0 means the preset's."""
     budget: float = 0.0

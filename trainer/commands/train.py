@@ -26,6 +26,7 @@ from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
+from trainer.training.reframing import reframe
 from trainer.training.threads import limit_threads
 
 
@@ -60,6 +61,9 @@ class TrainCommand:
     starts: int = 1
     """Trainings that are begun, from --seed on; the one that explains pictures best after a fifth of the steps goes on.
     Guards against a seed that fails."""
+    reframing_share: float = 0.5
+    """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
+    a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
     threads: int = 0
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
@@ -88,6 +92,8 @@ class TrainCommand:
     def run(self) -> None:
         check_settings(self.config)
         check_intervals(self.intervals)
+        if not 0 <= self.reframing_share <= 100:
+            raise ConfigError(f"Expected --reframing-share from 0 to 100, found {self.reframing_share:g}.")
         with processes.joined():
             self._train()
 
@@ -130,7 +136,9 @@ class TrainCommand:
             TextColumn("loss {task.fields[loss]}"),
         )
         with Progress(*columns, console=console) as progress:
-            bar = progress.add_task("training", total=config.optimiser.steps, rate="…", loss="…")
+            # Objects that were cut out are where the rule sets them already.
+            due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
+            bar = progress.add_task("training", total=config.optimiser.steps + due, rate="…", loss="…")
 
             def report(step: int, figures: dict[str, float]) -> None:
                 speed = progress.tasks[bar].speed
@@ -138,7 +146,9 @@ class TrainCommand:
                 progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
 
             last = train(config, source, category, self.run_directory, self.intervals, resume, report, provenance)
-        finished = last.step >= config.optimiser.steps
+            if last.step >= config.optimiser.steps:
+                last = reframe(last, self.run_directory, source, due, self.intervals, report)
+        finished = last.step >= config.optimiser.steps and last.reframing_steps == due
         done = "finished" if finished else "stopped; continue with --resume"
         console.print(f"{done} at step {last.step} after {last.run['seconds']:.0f} s: {self.run_directory}")
         if not finished:

@@ -45,6 +45,10 @@ class FreshViews:
     store: MeshStore
 
     @property
+    def framed(self) -> bool:
+        return True
+
+    @property
     def training(self) -> int:
         return len(self.names)
 

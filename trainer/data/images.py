@@ -72,6 +72,11 @@ class ImageSet:
     def __len__(self) -> int:
         return len(self.names)
 
+    @property
+    def framed(self) -> bool:
+        """Whether objects are where a camera has them; else a rule has set them."""
+        return self.preparation.framed > 0
+
     def batch(self, indices: Integer[ndarray, "B"] | Integer[Tensor, "B"]) -> Float[Tensor, "B 3 H W"]:
         """Linear pictures 0..1 of the given numbers, in float32 on the CPU."""
         chosen = np.asarray(indices, np.int64)

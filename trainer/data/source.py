@@ -37,6 +37,10 @@ class PictureSource(Protocol):
         """Camera and lights of all pictures."""
 
     @property
+    def framed(self) -> bool:
+        """Whether objects are where the scene's camera has them; else they were cut out, and a rule has set them."""
+
+    @property
     def training(self) -> int:
         """How many pictures (of a folder) or objects (drawn anew) are trained on."""
 
@@ -69,6 +73,10 @@ class FolderPictures:
     @property
     def scene(self) -> SceneConfig:
         return self.images.scene
+
+    @property
+    def framed(self) -> bool:
+        return self.images.framed
 
     @property
     def training(self) -> int:

@@ -144,6 +144,28 @@ def light_fine_divergence(light: LightPosterior) -> Float[Tensor, "B"]:
     return _normal_divergence(light.fine_mean, light.fine_deviation, half_light_bin(light.logits.shape[1]))
 
 
-def _normal_divergence(mean: Tensor, deviation: Tensor, prior_deviation: float) -> Tensor:
+def divergence_between(taught: Posterior, learnt: Posterior) -> Float[Tensor, "B"]:
+    """KL[taught || learnt] of z, θ and λ together, nats."""
+    divergence = _normal_divergence(
+        learnt.shape_mean - taught.shape_mean, taught.shape_deviation, learnt.shape_deviation
+    ).sum(1)
+    divergence = divergence + _angle_divergence(
+        (taught.azimuth_logits, taught.azimuth_fine_mean, taught.azimuth_fine_deviation),
+        (learnt.azimuth_logits, learnt.azimuth_fine_mean, learnt.azimuth_fine_deviation),
+    )
+    if taught.light is not None and learnt.light is not None:
+        divergence = divergence + _angle_divergence(taught.light, learnt.light)
+    return divergence
+
+
+def _angle_divergence(taught: tuple[Tensor, Tensor, Tensor], learnt: tuple[Tensor, Tensor, Tensor]) -> Tensor:
+    """Of logits of the coarse bins, and mean and deviation of the fine angle."""
+    (taught_logits, taught_mean, taught_deviation), (logits, mean, deviation) = taught, learnt
+    coarse = functional.kl_div(logits.log_softmax(1), taught_logits.log_softmax(1), log_target=True, reduction="none")
+    return coarse.sum(1) + _normal_divergence(mean - taught_mean, taught_deviation, deviation)
+
+
+def _normal_divergence(mean: Tensor, deviation: Tensor, prior_deviation: float | Tensor) -> Tensor:
+    """KL from a normal distribution to one with `prior_deviation` whose mean lies `mean` away."""
     ratio = deviation / prior_deviation
     return 0.5 * (ratio.square() + (mean / prior_deviation).square() - 1.0) - ratio.log()

@@ -42,6 +42,11 @@ class Checkpoint:
     run: dict[str, Any]
     """Summary of the run so far: seconds, pictures, validation figures."""
 
+    @property
+    def reframing_steps(self) -> int:
+        """Steps taken after those, by the encoder alone (`training.reframing`)."""
+        return int(self.run.get("reframing_steps", 0))
+
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Raises StorageError where the file cannot be written; an older checkpoint at `path` then stays."""

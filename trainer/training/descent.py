@@ -2,30 +2,38 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import torch
-
-from trainer.model.vae import Model
-from trainer.training.step import StepResult
+from torch import Tensor, nn
 
 
-class Descent(NamedTuple):
-    result: StepResult
+class Differentiable(Protocol):
+    """What a forward pass gives."""
+
+    def loss(self) -> Tensor:
+        """A scalar, which is minimised."""
+
+
+Result = TypeVar("Result", bound=Differentiable)
+
+
+class Descent(NamedTuple, Generic[Result]):
+    result: Result
     gradient_norm: float
     """Euclidean, over all parameters, before clipping."""
 
 
 def descend(
-    model: Model, optimiser: torch.optim.Optimizer, gradient_clip: float, forward: Callable[[], StepResult]
-) -> Descent | None:
+    model: nn.Module, optimiser: torch.optim.Optimizer, gradient_clip: float, forward: Callable[[], Result]
+) -> Descent[Result] | None:
     """Forward, backward, clip, step. None where a vertex or the gradient is not finite: model and optimiser are then as
     before, the running means of the batch normalisation included."""
     before = [buffer.clone() for buffer in model.buffers()]
     optimiser.zero_grad()
     try:
         result = forward()
-        result.terms.total().backward()
+        result.loss().backward()
         norm = float(torch.nn.utils.clip_grad_norm_(model.parameters(), gradient_clip))
     except FloatingPointError:
         norm = math.nan

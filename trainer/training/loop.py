@@ -6,7 +6,7 @@ from contextlib import closing, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -18,7 +18,7 @@ from trainer import processes
 from trainer.config import LossConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.data.source import FolderPictures, PictureSource
-from trainer.errors import ConfigError, DataError
+from trainer.errors import DataError
 from trainer.geometry.topology import underside, vertex_neighbours
 from trainer.model.batch_norm import synchronise
 from trainer.model.block_decoder import BlockDecoder
@@ -27,7 +27,6 @@ from trainer.rendering.cpu import topology_of
 from trainer.training.checkpoint import (
     FILE_NAME,
     Checkpoint,
-    load_checkpoint,
     optimiser_tensors,
     restore_optimiser,
     save_checkpoint,
@@ -41,8 +40,9 @@ from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
 from trainer.training.optimiser import adam, at_step
+from trainer.training.resuming import checkpoint_before
 from trainer.training.schedule import weights_at
-from trainer.training.step import FixedGeometry, Step, StepResult, forward
+from trainer.training.step import FixedGeometry, Step, StepResult, forward, number_format
 
 # So many steps in a row without a finite gradient end a training: it will not recover by itself.
 MOST_SKIPPED_STEPS = 20
@@ -66,7 +66,8 @@ def train(
     from) is kept in the checkpoint. `until` is a step to halt at, from where a later call resumes. Ctrl-C finishes the
     step, saves and returns. A step without a finite gradient changes nothing, and is noted. The same seed, pictures,
     threads and machine give the same result, also through `resume`. Processes that train together
-    (`trainer.processes`) all call this; the first of them writes and reports.
+    (`trainer.processes`) all call this; the first of them writes and reports. The phase of `training.reframing` comes
+    after this.
 
     Raises:
         ConfigError: settings that do not go together, or a run directory that holds another training.
@@ -77,21 +78,18 @@ def train(
     check_settings(config)
     check_intervals(intervals)
     check_processes(config.optimiser, processes.count())
-    source = _of_folder(config, images) if isinstance(images, ImageSet) else images
+    source = of_folder(config, images) if isinstance(images, ImageSet) else images
     scene = replace(source.scene, width=config.width, height=config.height)
-    before = load_checkpoint(run_directory) if resume else None
-    if before:
-        _check_same(run_directory, before, config, scene, category, source, provenance)
-    elif (run_directory / FILE_NAME).exists():
-        raise ConfigError(
-            f"{run_directory} already holds a training. Continue it with --resume, or name another directory."
-        )
+    end = min(until or config.optimiser.steps, config.optimiser.steps)
+    before = checkpoint_before(run_directory, resume, config, scene, category, source, provenance)
+    if before and before.step >= end:
+        return replace(before, config=config)
     model, optimiser = _at(before, config)
     start, clock = before.step if before else 0, Clock(before.run if before else {})
     geometry, shown = fixed_geometry(model, scene, config.loss), source.shown()
     convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
     taking, first = stepping(model), processes.number() == 0
-    step, skipped, end = start, 0, min(until or config.optimiser.steps, config.optimiser.steps)
+    step, skipped = start, 0
 
     def checkpoint() -> Checkpoint:
         pictures = {"pictures": source.training, "validation_pictures": source.validation}
@@ -118,7 +116,7 @@ def train(
             step += 1
             if taken is None:
                 skipped += 1
-                _note_skipped(journal, step, skipped)
+                note_skipped(journal, step, skipped)
             else:
                 skipped = 0
                 last_step = step == end
@@ -173,7 +171,7 @@ def true_azimuths(config: LossConfig, known: Float[Tensor, "B"] | None) -> Float
     return known
 
 
-def _note_skipped(journal: Journal | None, step: int, in_a_row: int) -> None:
+def note_skipped(journal: Journal | None, step: int, in_a_row: int) -> None:
     """Raises DataError where too many steps in a row were skipped."""
     if journal:
         journal.note(f"step {step}: the gradient is not finite; the step was skipped")
@@ -185,42 +183,7 @@ def _note_skipped(journal: Journal | None, step: int, in_a_row: int) -> None:
         )
 
 
-def _check_same(
-    run_directory: Path,
-    before: Checkpoint,
-    config: TrainConfig,
-    scene: SceneConfig,
-    category: str,
-    source: PictureSource,
-    provenance: dict[str, Any],
-) -> None:
-    """Raises ConfigError where a training is to go on with other settings or pictures than it has had."""
-    if replace(before.config, optimiser=config.optimiser) != config:
-        raise ConfigError(
-            f"{run_directory} was trained with other settings than these; only those of the optimiser may change on "
-            "--resume. Leave the other options away, or train in another directory."
-        )
-    if before.scene != scene:
-        raise ConfigError(
-            f"{run_directory} was trained on pictures of another camera or other lights than these. Name the same "
-            "pictures with --images, or train in another directory."
-        )
-    counts = source.training, source.validation
-    known = before.run.get("pictures", counts[0]), before.run.get("validation_pictures", counts[1])
-    if before.category != category or known != counts or _drawn(before.run) != _drawn(provenance):
-        raise ConfigError(
-            f"{run_directory} was trained on other pictures than these: expected {known[0]} to train on and {known[1]} "
-            f"held out, of class {before.category}, from the same source, found {counts[0]} and {counts[1]} of "
-            f"{category}. Name the same ones, or train in another directory."
-        )
-
-
-def _drawn(provenance: dict[str, Any]) -> dict[str, Any]:
-    """What is drawn; how much memory that takes may change."""
-    return {name: value for name, value in provenance.get("fresh", {}).items() if name != "mesh_memory_mib"}
-
-
-def _of_folder(config: TrainConfig, images: ImageSet) -> FolderPictures:
+def of_folder(config: TrainConfig, images: ImageSet) -> FolderPictures:
     training, validation = split_instances(images, config.validation_share, config.seed)
     check_pictures(config, images, training)
     return FolderPictures(images, training, validation)
@@ -232,18 +195,6 @@ def split_instances(images: ImageSet, share: float, seed: int) -> tuple[Int64[Te
     shuffled = np.random.default_rng(seed).permutation(instances)
     held_out = np.isin(images.instances, shuffled[: round(share * len(instances))])
     return torch.as_tensor(np.flatnonzero(~held_out)), torch.as_tensor(np.flatnonzero(held_out))
-
-
-def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dtype:
-    """The format of the convolutions; `auto` asks the processor whether it multiplies bfloat16 matrices."""
-    match precision:
-        case "float32":
-            return torch.float32
-        case "bfloat16":
-            return torch.bfloat16
-        case "auto":
-            able = torch.cpu.get_capabilities()
-            return torch.bfloat16 if able.get("avx512_bf16") or able.get("amx_bf16") else torch.float32
 
 
 def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> FixedGeometry:

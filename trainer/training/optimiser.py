@@ -4,13 +4,12 @@ import torch
 from torch import nn
 
 from trainer.config import OptimiserConfig
-from trainer.model.vae import Model
 from trainer.training.schedule import falling
 
 
-def adam(model: Model, config: OptimiserConfig) -> torch.optim.Adam:
-    """Adam over all parameters; the decoder, and in it the layer that decodes rotations, have learning rates of their
-    own."""
+def adam(model: nn.Module, config: OptimiserConfig) -> torch.optim.Adam:
+    """Adam over all parameters; a model's decoder, and in it the layer that decodes rotations, have learning rates of
+    their own."""
     decoder_rate = config.decoder_factor * config.learning_rate
     rates = {"decoder.angles.": config.rotation_learning_rate, "decoder.": decoder_rate, "": config.learning_rate}
     groups: dict[str, list[nn.Parameter]] = {}

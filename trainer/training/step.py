@@ -1,7 +1,7 @@
 """One step's forward pass: pictures → posterior → shapes → every coarse bin's likelihood → loss."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import torch
 from jaxtyping import Float
@@ -11,8 +11,9 @@ from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
 from trainer import processes
 from trainer.config import LossConfig, SceneConfig
+from trainer.model.encoder import Encoder
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
-from trainer.model.posterior import Posterior, pooled_over_views
+from trainer.model.posterior import Posterior, PosteriorHeads, pooled_over_views
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import renderer
 from trainer.training.moving import moved_onto
@@ -27,6 +28,9 @@ class StepResult(NamedTuple):
     posterior: Posterior
     expected_log_likelihood: Float[Tensor, "B"]
     """Of each picture, over its coarse bins."""
+
+    def loss(self) -> Tensor:
+        return self.terms.total()
 
 
 class FixedGeometry(NamedTuple):
@@ -114,12 +118,31 @@ def forward(
     return StepResult(terms, posterior, expected)
 
 
-def encode_mixed(model: Model, images: Float[Tensor, "B 3 H W"], convolutions: torch.dtype) -> Posterior:
+class Encoding(Protocol):
+    """What says Q of pictures."""
+
+    encoder: Encoder
+    heads: PosteriorHeads
+
+
+def encode_mixed(model: Encoding, images: Float[Tensor, "B 3 H W"], convolutions: torch.dtype) -> Posterior:
     """`Model.encode` with the convolutions, and only those, in another number format."""
     with torch.autocast(images.device.type, convolutions, enabled=convolutions != torch.float32):
         maps = model.encoder.convolutions(images)
     posterior: Posterior = model.heads(model.encoder.features(maps.to(images.dtype)))
     return posterior
+
+
+def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dtype:
+    """The format of the convolutions; `auto` asks the processor whether it multiplies bfloat16 matrices."""
+    match precision:
+        case "float32":
+            return torch.float32
+        case "bfloat16":
+            return torch.bfloat16
+        case "auto":
+            able = torch.cpu.get_capabilities()
+            return torch.bfloat16 if able.get("avx512_bf16") or able.get("amx_bf16") else torch.float32
 
 
 def coarse_log_rho(posterior: Posterior, known: Float[Tensor, "B R"] | None) -> Float[Tensor, "B bins *L"]:

@@ -19,6 +19,7 @@ from trainer.model.posterior import (
     Posterior,
     azimuth_fine_divergence,
     bin_centres,
+    divergence_between,
     light_bin_centres,
     light_fine_divergence,
     most_probable_azimuth,
@@ -248,6 +249,23 @@ def test_divergences_vanish_at_the_prior_and_match_a_monte_carlo_estimate(poster
     samples = q.sample((200_000,))
     estimate = (q.log_prob(samples) - torch.distributions.Normal(0.0, 1.0).log_prob(samples)).mean(0)
     np.testing.assert_allclose(shape_divergence(posterior)[0], estimate, atol=0.02)
+
+
+def test_the_divergence_between_posteriors_is_that_of_their_distributions(varying: Posterior) -> None:
+    def others(parts: tuple[torch.Tensor, ...]) -> list[torch.Tensor]:
+        return [part.roll(1, 0) for part in parts]
+
+    light = varying.light
+    assert light is not None
+    learnt = Posterior(*others(varying[:5]), LightPosterior(*others(light)))
+    between, normal = torch.distributions.kl_divergence, torch.distributions.Normal
+    expected = between(normal(*varying[:2]), normal(*learnt[:2])).sum(1)
+    for logits, mean, deviation in (varying[2:5], light):
+        one, other = (torch.distributions.Categorical(logits=part) for part in (logits, logits.roll(1, 0)))
+        expected += between(one, other) + between(normal(mean, deviation), normal(*others((mean, deviation))))
+    np.testing.assert_allclose(divergence_between(varying, learnt), expected, rtol=1e-9)
+    assert divergence_between(varying, varying).abs().max() < 1e-12
+    assert (divergence_between(varying._replace(light=None), learnt._replace(light=None)) < expected).all()
 
 
 def test_bins_cover_the_circle_as_equation_8_says(posterior: Posterior) -> None:

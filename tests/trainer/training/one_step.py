@@ -12,12 +12,13 @@ from torch import Tensor
 
 from trainer import processes
 from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
-from trainer.data.images import load_image_folder
+from trainer.data.images import frame_in, load_image_folder
 from trainer.data.source import FolderPictures
 from trainer.model.batch_norm import synchronise
 from trainer.model.vae import Model
 from trainer.training.figures import figures_of
 from trainer.training.loop import fixed_geometry, stepping
+from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 
 SETTINGS = {
@@ -53,10 +54,26 @@ def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
     seen = geometry, scene, config.loss, weights, batch.double(), None, generator, torch.float32, views
     taking = stepping(model)  # It averages the gradients as long as it lives.
     result = taking(*seen)
-    result.terms.total().backward()
+    result.loss().backward()
     figures = {name: torch.tensor(value) for name, value in figures_of(result, 0.0).items()}
     gradients = {name: parameter.grad for name, parameter in model.named_parameters() if parameter.grad is not None}
     return figures | gradients | dict(model.named_buffers())
+
+
+def first_reframing(folder: Path) -> dict[str, Tensor]:
+    """The same of the last phase, by itself: divergence, gradients and running means."""
+    config = SETTINGS["exact"]
+    images = load_image_folder(folder, config.width, config.height)
+    source = FolderPictures(images, torch.arange(len(images)), torch.arange(0))
+    torch.manual_seed(0)
+    model = Model(config.model, config.width, config.height).double()
+    if processes.count() > 1:
+        synchronise(model.encoder)
+    minibatches = (one._replace(pictures=one.pictures.double()) for one in source.minibatches(8, 0, 0))
+    (taken,) = list(learn_reframed(model, replace(config, precision="float32"), frame_in(images.scene), minibatches, 1))
+    assert taken is not None
+    loss = processes.mean(taken.result.loss().detach())
+    return {"loss": loss, "norm": torch.tensor(taken.gradient_norm)} | dict(model.named_buffers())
 
 
 def main() -> None:
@@ -64,6 +81,7 @@ def main() -> None:
     torch.set_num_threads(1)
     with processes.joined():
         found = {name: first_step(config, folder) for name, config in SETTINGS.items()}
+        found["reframing"] = first_reframing(folder)
         if processes.number() == 0:
             torch.save(found, target)
 

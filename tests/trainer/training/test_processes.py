@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.trainer.training.one_step import SETTINGS, first_step
+from tests.trainer.training.one_step import SETTINGS, first_reframing, first_step
 from trainer.config import OptimiserConfig
 from trainer.errors import ConfigError
 from trainer.training.checkpoint import load_checkpoint
@@ -47,11 +47,11 @@ def of_two(picture_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> di
     return found
 
 
-@pytest.mark.parametrize("setting", SETTINGS)
+@pytest.mark.parametrize("setting", [*SETTINGS, "reframing"])
 def test_loss_and_gradients_are_those_of_one_process(
     setting: str, of_two: dict[str, dict[str, torch.Tensor]], picture_folder: Path
 ) -> None:
-    alone = first_step(SETTINGS[setting], picture_folder)
+    alone = first_step(SETTINGS[setting], picture_folder) if setting in SETTINGS else first_reframing(picture_folder)
     assert alone.keys() == of_two[setting].keys()
     for name, expected in alone.items():
         tolerance = 1e-5 * max(1.0, float(expected.float().abs().max()))

@@ -1,0 +1,144 @@
+"""The encoder learns to see objects where the rule sets them, and nothing else is learnt."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from imaging.decoding import Picture
+from imaging.framing import box_around, frame_of, framed
+from tests.imaging.photographs import shape
+from tests.trainer.training.runs import EVERY_STEP, run, silent, with_steps
+from trainer.config import SceneConfig, TrainConfig
+from trainer.data.images import ImageSet, frame_in
+from trainer.data.picture import draw
+from trainer.errors import DataError
+from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.loop import MOST_SKIPPED_STEPS
+from trainer.training.reframing import reframe, reframed
+
+SCENE = SceneConfig(64, 48)
+STEPS = 40
+
+
+def rendered(category: str, seed: int, size: int) -> Tensor:
+    """[3, H, W], `size` times as large as the scene's."""
+    scene = SceneConfig(size * SCENE.width, size * SCENE.height)
+    return torch.from_numpy(draw(shape(category, seed), seed * 2.4, 0.0, scene, 2)[0].transpose(2, 0, 1).copy())
+
+
+def by_rule(picture: Tensor) -> Tensor:
+    """As the service brings a cut-out object into the scene's frame."""
+    colour = picture.numpy()
+    columns, rows = (np.arange(count + 1.0) for count in reversed(colour.shape[1:]))
+    large = Picture(colour, None, columns, rows, 1)
+    frame = frame_of(SCENE.width, SCENE.height, SCENE.camera.distance, SCENE.camera.field_of_view_degrees)
+    box = box_around(large, (colour.max(0) > 0.003).astype(np.float32))
+    return torch.from_numpy(framed(large, box, frame))
+
+
+def test_objects_are_brought_where_the_rule_sets_them() -> None:
+    drawn = [(category, seed) for category in ("car", "chair", "airplane") for seed in range(8)]
+    pictures = torch.stack([rendered(category, seed, 1) for category, seed in drawn])
+    expected = torch.stack([by_rule(rendered(category, seed, 8)) for category, seed in drawn])
+    found = reframed(pictures, frame_in(SCENE), torch.zeros(len(drawn), 3))
+    left = (found - expected).square().sum((1, 2, 3)) / (pictures - expected).square().sum((1, 2, 3))
+    assert left.median() < 0.12
+    assert left.max() < 0.6
+
+
+def test_noise_moves_and_scales() -> None:
+    picture = torch.zeros(1, 3, 48, 64)
+    picture[:, 1, 20:28, 24:40] = 0.5
+    frame = frame_in(SCENE)
+
+    def extent(*noise: float) -> tuple[float, float, float]:
+        light = reframed(picture, frame, torch.tensor([noise]))[0, 1]
+        x, y = (torch.arange(count) + 0.5 for count in (64, 48))
+        return (
+            float(light.sum()),
+            float((light.sum(0) * x).sum() / light.sum()),
+            float((light.sum(1) * y).sum() / light.sum()),
+        )
+
+    area, right, down = extent(0, 0, 0)
+    assert (right, down) == (pytest.approx(32, abs=0.1), pytest.approx(24 + frame.drop, abs=0.1))
+    larger, moved_right, moved_down = extent(2, 3, -3)
+    assert larger / area == pytest.approx(np.exp(2 * 2 * 0.03), rel=0.02)
+    assert moved_right - right == pytest.approx(0.03 * frame.diagonal, abs=0.05)
+    assert moved_down - down == pytest.approx(-0.03 * frame.diagonal, abs=0.05)
+
+
+def test_a_picture_of_nothing_stays_black() -> None:
+    assert not reframed(torch.zeros(2, 3, 48, 64), frame_in(SCENE), torch.randn(2, 3)).any()
+
+
+def test_only_the_encoder_learns_and_agrees_more_with_what_was_said(
+    config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    before = run(config, images, tmp_path)
+    old = state(before)
+    reports: list[tuple[int, dict[str, float]]] = []
+    after = reframe(before, tmp_path, images, STEPS, EVERY_STEP, lambda *told: reports.append(told))
+    new = state(load_checkpoint(tmp_path))
+    changed = {name.partition(".")[0] for name in old if not torch.equal(old[name], new[name])}
+    assert changed == {"encoder", "heads"}
+    assert (after.step, after.reframing_steps, load_checkpoint(tmp_path).reframing_steps) == (6, STEPS, STEPS)
+    assert after.run["seconds"] > 0
+    assert [step for step, _ in reports] == list(range(7, 7 + STEPS))
+    lines = [json.loads(line) for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
+    assert [line["step"] for line in lines] == list(range(1, 7 + STEPS))
+    assert reports[-1][1]["loss"] < 0.7 * reports[0][1]["loss"]
+
+
+def test_what_was_done_is_not_done_again(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    done = reframe(run(config, images, tmp_path), tmp_path, images, 3, EVERY_STEP, silent)
+    written = (tmp_path / FILE_NAME).read_bytes()
+    resumed = run(config, images, tmp_path, resume=True)
+    assert resumed.reframing_steps == 3
+    again = reframe(resumed, tmp_path, images, 3, EVERY_STEP, silent)
+    assert (tmp_path / FILE_NAME).read_bytes() == written
+    assert_same(again, done)
+
+
+def test_one_that_is_stopped_begins_anew(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    def stop(step: int, figures: dict[str, float]) -> None:
+        if step == 8:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    whole = reframe(run(config, images, tmp_path / "whole"), tmp_path / "whole", images, 4, EVERY_STEP, silent)
+    before = run(config, images, tmp_path / "parts")
+    stopped = reframe(before, tmp_path / "parts", images, 4, EVERY_STEP, stop)
+    assert stopped.reframing_steps == load_checkpoint(tmp_path / "parts").reframing_steps == 0
+    assert_same(load_checkpoint(tmp_path / "parts"), stopped)
+    resumed = run(config, images, tmp_path / "parts", resume=True)
+    assert_same(reframe(resumed, tmp_path / "parts", images, 4, EVERY_STEP, silent), whole)
+
+
+def test_more_steps_of_training_undo_it(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    reframe(run(config, images, tmp_path), tmp_path, images, 3, EVERY_STEP, silent)
+    further = run(with_steps(config, 8), images, tmp_path, resume=True)
+    assert (further.step, further.reframing_steps) == (8, 0)
+
+
+def test_a_gradient_that_is_never_finite_ends_it(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    before = run(config, images, tmp_path)
+    with torch.no_grad():
+        before.model.heads.shape_mean.bias[0] = torch.nan
+    with pytest.raises(DataError, match=f"none in {MOST_SKIPPED_STEPS} steps in a row, the last at step 26"):
+        reframe(before, tmp_path, images, 40, EVERY_STEP, silent)
+    assert load_checkpoint(tmp_path).reframing_steps == 0
+
+
+def state(checkpoint: Checkpoint) -> dict[str, Tensor]:
+    return {name: tensor.clone() for name, tensor in checkpoint.model.state_dict().items()}
+
+
+def assert_same(first: Checkpoint, second: Checkpoint) -> None:
+    one, other = state(first), state(second)
+    assert [name for name, tensor in one.items() if not torch.equal(tensor, other[name])] == []

@@ -1,0 +1,192 @@
+"""The last phase of a training: the encoder learns to see objects where a rule sets them, not only where a camera does.
+
+Renderings show an object where its camera has it, and that tells size and pose. Whoever sends a picture of their own
+has no such camera: the object is cut out and set into the frame by a rule (`imaging.framing`), which is off by some
+percent, and an encoder that has never seen this is easily led astray. So it learns to say of a picture whose object was
+set by the rule what it says of the picture as it was rendered. Shapes stay as they are.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import closing, nullcontext
+from copy import deepcopy
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+from torch.nn import functional
+from torch.nn.parallel import DistributedDataParallel
+
+from imaging.framing import Frame
+from trainer import processes
+from trainer.config import TrainConfig
+from trainer.data.images import ImageSet, frame_in
+from trainer.data.source import Minibatch, PictureSource
+from trainer.model.batch_norm import synchronise
+from trainer.model.posterior import Posterior, divergence_between
+from trainer.model.vae import Model
+from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
+from trainer.training.clock import Clock
+from trainer.training.descent import Descent, descend
+from trainer.training.interruption import interruptible
+from trainer.training.intervals import Intervals
+from trainer.training.journal import Journal
+from trainer.training.loop import note_skipped, of_folder
+from trainer.training.optimiser import adam, at_step
+from trainer.training.step import encode_mixed, number_format
+
+# Linear intensity of sRGB code 8: what is brighter is the object.
+_VISIBLE: Final = 0.0024
+# Standard deviations about the rule: edges of a silhouette, and with them its box, are not found to the pixel.
+_SIZE_DEVIATION: Final = 0.03
+_CENTRE_DEVIATION: Final = 0.01
+
+
+def reframe(
+    checkpoint: Checkpoint,
+    run_directory: Path,
+    images: ImageSet | PictureSource,
+    steps: int,
+    intervals: Intervals,
+    report: Callable[[int, dict[str, float]], None],
+) -> Checkpoint:
+    """The phase of a run whose other steps are done, from what `training.loop.train` returned; returns the last
+    checkpoint, which is also written there.
+
+    It has so many steps, with numbers behind the others'; nothing is done where it has had them. One that is stopped,
+    by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report` and processes are as
+    they are there.
+
+    Raises:
+        DataError: no finite gradient any more.
+        StorageError: the disk is full.
+    """
+    config, model, before = checkpoint.config, checkpoint.model, checkpoint.step
+    source = of_folder(config, images) if isinstance(images, ImageSet) else images
+    if steps == checkpoint.reframing_steps:
+        return checkpoint
+    if processes.count() > 1:
+        synchronise(model.encoder)
+    clock, skipped, first = Clock(checkpoint.run), 0, processes.number() == 0
+    with (
+        Journal(run_directory, config, before, clock.seconds_before) if first else nullcontext() as journal,
+        interruptible() as interrupted,
+        closing(source.minibatches(config.optimiser.batch_size, config.seed, before)) as minibatches,
+    ):
+        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps)
+        for step, taken in enumerate(learning, before + 1):
+            if taken is None:
+                skipped += 1
+                note_skipped(journal, step, skipped)
+            else:
+                skipped = 0
+                if journal and (step % intervals.log == 0 or step == before + steps):
+                    figures = {"loss": float(taken.result.loss().detach()), "gradient_norm": taken.gradient_norm}
+                    journal.log(step, figures)
+                    report(step, figures)
+            if processes.anywhere(interrupted()):
+                return checkpoint
+    last = replace(checkpoint, run=checkpoint.run | clock.told() | {"reframing_steps": steps})
+    if first:
+        save_checkpoint(run_directory / FILE_NAME, last)
+    return last
+
+
+def learn_reframed(
+    model: Model,
+    config: TrainConfig,
+    frame: Frame,
+    minibatches: Iterator[Minibatch],
+    steps: int,
+) -> Iterator[Descent["ReframingResult"] | None]:
+    """Teaches the model's encoder what it says of pictures, also where the rule sets their objects.
+
+    Every second picture is reframed, the others stay as they are. Yields what each step gave, None where it was skipped
+    for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes that train
+    together each has its share of the minibatches, and all end with the same model.
+    """
+    convolutions, size = number_format(config.precision), config.optimiser.batch_size
+    teacher, student = deepcopy(model).eval(), Reframing(deepcopy(model)).train()
+    taking = student if processes.count() == 1 else DistributedDataParallel(student, forward_sync_buffers=False)
+    schedule = replace(config.optimiser, steps=steps, falling_share=1.0)
+    optimiser = adam(student, schedule)
+    own = processes.share(size)
+    for step in range(steps):
+        pictures, _, generator = next(minibatches)
+        with torch.no_grad():
+            taught = encode_mixed(teacher, pictures, convolutions)
+        moved = reframed(pictures, frame, torch.randn((size, 3), generator=generator)[own].to(pictures))
+        every_second = (torch.arange(size)[own] % 2 == 1)[:, None, None, None]
+        seen = torch.where(every_second, moved, pictures)
+        yield descend(
+            student,
+            at_step(optimiser, schedule, step),
+            schedule.gradient_clip,
+            partial(taking, seen, taught, convolutions),
+        )
+    model.encoder.load_state_dict(student.encoder.state_dict())
+    model.heads.load_state_dict(student.heads.state_dict())
+
+
+class ReframingResult(NamedTuple):
+    """One step's."""
+
+    divergence: Float[Tensor, "B"]
+    """KL from what the model said of each picture before this phase to what it says now, nats."""
+
+    def loss(self) -> Tensor:
+        return self.divergence.mean()
+
+
+class Reframing(nn.Module):
+    """What one step of the phase computes; its parameters are the encoder's and the heads', and not the decoder's."""
+
+    def __init__(self, model: Model) -> None:
+        super().__init__()
+        self.encoder, self.heads = model.encoder, model.heads
+
+    def forward(
+        self, pictures: Float[Tensor, "B 3 H W"], taught: Posterior, convolutions: torch.dtype
+    ) -> ReframingResult:
+        return ReframingResult(divergence_between(taught, encode_mixed(self, pictures, convolutions)))
+
+
+def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3 H W"]:
+    """Linear pictures on black with their objects where the rule sets them, give or take what a box may be off by.
+
+    `noise` is standard normal: of the size, of x and of y. A picture without an object stays black. The rule's own
+    function, `imaging.framing.framed`, takes one picture file at a time; this one interpolates between pixels.
+    """
+    height, width = pictures.shape[2:]
+    left, right, top, bottom = _boxes(pictures)
+    size = torch.exp(_SIZE_DEVIATION * noise[:, 0]) * frame.diagonal / torch.hypot(right - left, bottom - top)
+    x, y = (_CENTRE_DEVIATION * frame.diagonal * noise[:, 1:]).unbind(1)
+    across = _sampled(width, (left + right) / 2, width / 2 + x, size)
+    down = _sampled(height, (top + bottom) / 2, height / 2 + frame.drop + y, size)
+    grid = torch.stack(
+        [across[:, None].expand(-1, height, -1), down[:, :, None].expand(-1, -1, width)],
+        dim=-1,
+    )
+    return functional.grid_sample(pictures, grid, align_corners=False)
+
+
+def _boxes(pictures: Float[Tensor, "B 3 H W"]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The box around what is visible: left, right, top and bottom, pixels; its outermost pixels are covered by half in
+    the mean. Where nothing is, the whole picture."""
+    visible = pictures.amax(1) > _VISIBLE
+    columns, rows = visible.any(1).float(), visible.any(2).float()
+    ends = []
+    for line in (columns, rows):
+        first, last = line.argmax(1), line.flip(1).argmax(1)
+        ends += [first + 0.5, line.shape[1] - last - 0.5]
+    return ends[0], ends[1], ends[2], ends[3]
+
+
+def _sampled(count: int, from_centre: Tensor, to_centre: Tensor, size: Tensor) -> Float[Tensor, "B count"]:
+    """Where each pixel of a line comes from, −1 at one end of the line and 1 at the other."""
+    places = torch.arange(count, dtype=size.dtype, device=size.device) + 0.5
+    sources = (places - to_centre[:, None]) / size[:, None] + from_centre[:, None]
+    return 2 * sources / count - 1
