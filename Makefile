@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-ceilings bench-parsimony bench-placement bench-refinement bench-training fuzz
+	bench-automatic bench-ceilings bench-parsimony bench-cutouts bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -101,8 +101,8 @@ bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost 
 bench-refinement: install  ## what a longer look gains, for every model that ships (benchmarks/refinement.json; about 30 minutes)
 	$(BIN)/python -m benchmarks.refinement
 
-bench-placement: install  ## what it gains to look for where a cut-out object belongs, for every model that ships (benchmarks/placement.json; about 20 minutes)
-	$(BIN)/python -m benchmarks.placement
+bench-cutouts: install  ## what it costs accuracy that an object had to be cut out, for every model that ships (benchmarks/cutouts.json; about 15 minutes)
+	$(BIN)/python -m benchmarks.cutouts
 
 bench-automatic: install  ## which category `auto` names, asked about objects of each class (docs/results/auto.json; about 2 minutes)
 	$(BIN)/python -m benchmarks.automatic

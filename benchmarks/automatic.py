@@ -46,7 +46,6 @@ MOST_PIXELS = 10**6
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", type=Path, default=Path("models"), help="a directory of bundles")
-    parser.add_argument("--rounds", type=int, nargs="*", default=[0, 2], help="of the search for an object's place")
     parser.add_argument("--objects", type=int, default=20, help="procedural objects of each class")
     parser.add_argument("--real-meshes", type=Path, help="a folder with a folder of mesh files for each class")
     parser.add_argument("--views", type=int, default=2, help="pictures of each real mesh")
@@ -59,18 +58,14 @@ def main() -> int:
     }
     for source in ("procedural", "real meshes") if arguments.real_meshes else ("procedural",):
         results[source] = {}
-        # What is framed is not looked for.
-        for kind, rounds in (("framed", 0), *(("cut out", number) for number in arguments.rounds)):
-            name = kind if kind == "framed" else f"{kind}, {rounds} rounds"
-            results[source][name] = found = asked(engines, arguments, source == "procedural", kind, rounds)
-            print(source, name, json.dumps(found), flush=True)
+        for kind in ("framed", "cut out"):
+            results[source][kind] = found = asked(engines, arguments, source == "procedural", kind)
+            print(source, kind, json.dumps(found), flush=True)
             arguments.output.write_text(json.dumps(results, indent=1) + "\n")
     return 0
 
 
-def asked(
-    engines: Sequence[Engine], arguments: argparse.Namespace, procedural: bool, kind: str, rounds: int
-) -> dict[str, Any]:
+def asked(engines: Sequence[Engine], arguments: argparse.Namespace, procedural: bool, kind: str) -> dict[str, Any]:
     """What was answered about each class, and the shares of right and refused answers."""
     answers: defaultdict[str, Counter[str]] = defaultdict(Counter)
     sure, milliseconds = [], []
@@ -79,7 +74,7 @@ def asked(
         for mesh, azimuth in _objects(category, arguments, procedural):
             began = perf_counter()
             try:
-                report = reconstruct(engines, [photograph(mesh, azimuth, kind)], MOST_PIXELS, rounds=rounds).report
+                report = reconstruct(engines, [photograph(mesh, azimuth, kind)], MOST_PIXELS).report
             except ImageError:
                 answers[category]["422"] += 1
                 continue

@@ -42,19 +42,6 @@ class Frame(NamedTuple):
     """How many times pictures that are framed already are enlarged about their middle."""
 
 
-class Placement(NamedTuple):
-    """Where and how large an object is set in a frame, beside the usual; lengths in the frame's usual diagonal."""
-
-    size: float = 1.0
-    """Times the usual diagonal."""
-    right: float = 0.0
-    """Of the usual centre."""
-    down: float = 0.0
-
-
-USUAL: Final = Placement()
-
-
 class Box(NamedTuple):
     """A rectangle of a picture file, pixels."""
 
@@ -112,13 +99,9 @@ def fitted(picture: Picture, frame: Frame) -> NDArray[np.float32]:
     return _placed(picture, frame, scale, (width / 2, height / 2), frame.height / 2)
 
 
-def framed(picture: Picture, box: Box, frame: Frame, placement: Placement = USUAL) -> NDArray[np.float32]:
-    """[3, height, width] the object in `box` of a picture, on black, where and as large as the model expects it, or as
-    `placement` says."""
-    scale = placement.size * frame.diagonal / box.diagonal
-    x, y = box.centre
-    height = frame.height / 2 + frame.drop + placement.down * frame.diagonal
-    return _placed(picture, frame, scale, (x - placement.right * frame.diagonal / scale, y), height)
+def framed(picture: Picture, box: Box, frame: Frame) -> NDArray[np.float32]:
+    """[3, height, width] the object in `box` of a picture, on black, where and as large as the model expects it."""
+    return _placed(picture, frame, frame.diagonal / box.diagonal, box.centre, frame.height / 2 + frame.drop)
 
 
 def looks_framed(picture: Picture, frame: Frame) -> bool:

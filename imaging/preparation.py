@@ -11,7 +11,7 @@ from imaging.cutout import cut_out
 from imaging.decoding import Picture, decode, part_of
 from imaging.errors import BackgroundError
 from imaging.foreground import LEAST_SHARE, MOST_SHARE
-from imaging.framing import Box, Frame, Placement, box_around, fitted, framed, looks_framed
+from imaging.framing import Box, Frame, box_around, fitted, framed, looks_framed
 
 Method = Literal["framed", "alpha", "background"]
 
@@ -29,15 +29,6 @@ _LEAST_OPAQUE: Final = 0.5
 logger = logging.getLogger(__name__)
 
 
-class Cutout(NamedTuple):
-    """An object by itself, as it can be set into the frame anywhere."""
-
-    picture: Picture
-    box: Box
-    """Around the object."""
-    frame: Frame
-
-
 class Prepared(NamedTuple):
     """A picture as a model sees it."""
 
@@ -45,15 +36,6 @@ class Prepared(NamedTuple):
     """[3, height, width] linear RGB 0..1 over black, row 0 on top."""
     method: Method
     """It was framed already; or its object was told from the background by transparency, or by colour."""
-    cutout: Cutout | None = None
-    """Of an object that was not framed."""
-    placement: Placement | None = None
-    """Where the object was set once it had been looked for; None where a rule of thumb set it, or nobody had to."""
-
-    @property
-    def guessed(self) -> bool:
-        """Whether the object's size and place in the picture are a rule of thumb's."""
-        return self.method != "framed" and self.placement is None
 
 
 def fit(content: bytes, frame: Frame, max_pixels: int) -> Prepared:
@@ -90,14 +72,7 @@ def prepare(content: bytes, frame: Frame, max_pixels: int, keep_framed: bool) ->
         except BackgroundError as error:
             # Close by there may be too little background to judge by; from afar there was enough.
             logger.debug("an object of %.0f pixels is taken as seen from afar: %s", box.diagonal, error)
-    return Prepared(framed(cutout, box, frame), method, Cutout(cutout, box, frame))
-
-
-def placed(prepared: Prepared, placement: Placement) -> Prepared:
-    """The same object, set where and as large as `placement` says; a picture that was framed already stays."""
-    if prepared.cutout is None:
-        return prepared
-    return prepared._replace(picture=framed(*prepared.cutout, placement), placement=placement)
+    return Prepared(framed(cutout, box, frame), method)
 
 
 def _decoded(content: bytes, frame: Frame, max_pixels: int) -> Picture:

@@ -27,22 +27,22 @@ _ROWS: Final = 12
 _SAMPLES: Final = 4
 """Points in a square's side."""
 _LEAST_LIGHT: Final = 1e-6
-SHARPNESS: Final = 5.0
+_SHARPNESS: Final = 5.0
 """Fitted on held-out pictures of four models: probabilities are then about as often right as they say."""
 
 
 def unexplained(engine: Engine, prepared: Prepared, posterior: Posterior, surface: Surface) -> float:
     """The re-render error of a picture, given the pose and the light found in it and the mesh.
 
-    Where the object was cut out and framed by rule, its size and place in the picture are a guess; the drawing is then
-    brought to the same size and place.
+    Where the object was cut out and framed, its size and place in the picture are a guess; the drawing is then brought
+    to the same size and place.
     """
     manifest = engine.manifest
     camera, (width, height) = manifest.camera, (manifest.picture.width, manifest.picture.height)
     side = _square(width, height)
     columns, rows = width // side, height // side
     screen = project(surface.vertices, posterior.azimuth, camera, columns, rows)
-    if prepared.guessed:
+    if prepared.method != "framed":
         screen = fitted(screen, frame_of(columns, rows, camera.distance, camera.field_of_view_degrees))
     light_azimuth = 0.0 if posterior.light is None else posterior.light.azimuth
     colours = shade(surface.normals, posterior.azimuth, light_azimuth, manifest.lights, manifest.ambient)
@@ -66,7 +66,9 @@ def category_probabilities(errors: Mapping[str, Sequence[float]]) -> dict[str, f
 
     P ∝ Π error⁻⁵: the likelihood of ten independent numbers with normal noise of unknown size.
     """
-    evidence = {name: -SHARPNESS * sum(math.log(max(error, 1e-9)) for error in found) for name, found in errors.items()}
+    evidence = {
+        name: -_SHARPNESS * sum(math.log(max(error, 1e-9)) for error in found) for name, found in errors.items()
+    }
     highest = max(evidence.values())
     weights = {name: math.exp(value - highest) for name, value in evidence.items()}
     total = sum(weights.values())

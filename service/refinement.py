@@ -80,12 +80,12 @@ def improve(
 
 
 def _drawing(engine: Engine, pictures: Sequence[Prepared]) -> Draw:
-    """Shapes as the manifest's camera sees them in its light. What was cut out and framed by rule has a size and a
-    place that are a guess: its drawings are brought there, too."""
+    """Shapes as the manifest's camera sees them in its light. What was cut out and framed has a size and a place that
+    are a guess: its drawings are brought there, too."""
     manifest = engine.manifest
     width, height = manifest.picture.width, manifest.picture.height
     frame = frame_of(width, height, manifest.camera.distance, manifest.camera.field_of_view_degrees)
-    placed = np.array([prepared.guessed for prepared in pictures])
+    placed = np.array([prepared.method != "framed" for prepared in pictures])
 
     def draw(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, shown: np.ndarray) -> Array:
         surface = decode_all(engine, codes.astype(np.float32))

@@ -9,7 +9,6 @@ from service.http.media import GLB, PNG
 from service.http.problem import MEDIA_TYPE as PROBLEM
 from service.http.problem import Problem
 from service.http.upload import AUTOMATIC, MOST_HYPOTHESES, MOST_ITERATIONS, MOST_PICTURES
-from service.placement import DEFAULT_ROUNDS, MOST_ROUNDS
 from service.report import Report
 
 
@@ -73,14 +72,6 @@ UPLOAD: Final[dict[str, Any]] = {
                             "maximum": MOST_HYPOTHESES,
                             "default": 3,
                             "description": "How many turns of the object to tell, the most probable first.",
-                        },
-                        "place": {
-                            "type": "integer",
-                            "minimum": 0,
-                            "maximum": MOST_ROUNDS,
-                            "default": DEFAULT_ROUNDS,
-                            "description": "Rounds in which it is looked for where, and how large, a cut-out object "
-                            "belongs, six looks each; 0 sets it by rule.",
                         },
                         "refine": {
                             "type": "integer",

@@ -10,7 +10,6 @@ from starlette.formparsers import MultiPartException, MultiPartParser
 
 from service.exposure import Blocks
 from service.http.problem import HttpError
-from service.placement import DEFAULT_ROUNDS, MOST_ROUNDS
 
 AUTOMATIC: Final = "auto"
 """The category of a picture of which the service shall tell the category."""
@@ -18,7 +17,7 @@ MOST_PICTURES: Final = 16
 MOST_HYPOTHESES: Final = 360
 MOST_ITERATIONS: Final = 50
 
-_FIELDS: Final = ("image", "category", "hypotheses", "place", "refine", "blocks")
+_FIELDS: Final = ("image", "category", "hypotheses", "refine", "blocks")
 _ADVICE: Final = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
 
 
@@ -30,8 +29,6 @@ class Upload:
     category: str | None
     hypotheses: int
     """How many turns to tell."""
-    place: int
-    """Rounds in which it is looked for where cut-out objects belong."""
     refine: int
     """Iterations of refinement."""
     blocks: Blocks
@@ -71,10 +68,9 @@ async def read_upload(request: Request, limit: int) -> Upload:
             raise _invalid(f"expected no fields but {', '.join(_FIELDS)}, found {', '.join(unknown)[:80]}")
         images = [await file.read() for file in _files(form)]
         hypotheses = _number(_text(form, "hypotheses"), "hypotheses", 1, MOST_HYPOTHESES, 3)
-        place = _number(_text(form, "place"), "place", 0, MOST_ROUNDS, DEFAULT_ROUNDS)
         refine = _number(_text(form, "refine"), "refine", 0, MOST_ITERATIONS, 0)
         blocks = _blocks(_text(form, "blocks"))
-        return Upload(tuple(images), _text(form, "category") or None, hypotheses, place, refine, blocks)
+        return Upload(tuple(images), _text(form, "category") or None, hypotheses, refine, blocks)
     finally:
         await form.close()
 

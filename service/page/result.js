@@ -24,7 +24,6 @@ const STAGES = {
   encoder: "Pose and shape code",
   decoder: "Mesh",
   render: "Drawing it again",
-  place: "Placing the object",
   refine: "Refining",
   glb: "Writing the GLB",
 };

@@ -10,13 +10,14 @@ from typing import Any
 import torch
 
 from trainer.mapping import to_mapping
-from trainer.tables.results import Ordering, Result, mean_figure, orderings_of
+from trainer.tables.results import NEAR_THE_BEST, Ordering, Result, mean_figure, orderings_of, scatter_of
 from trainer.tables.setting import setting_name
 from trainer.tables.statistics import Mean
 from trainer.tables.study import Study
 from trainer.tables.table import Figure, Table
 
 _UNKNOWN = "–"
+_USUAL_SEEDS = 3
 _HEADINGS: dict[Figure, str] = {
     "iou": "IoU",
     "err": "error",
@@ -59,6 +60,7 @@ def as_markdown(
     if len(classes) > 1:
         lines += _averages(table, classes, results)
     lines += ["", "± is Student's 95 % interval over seeds." + (f" {_PAPER_S}" if _beside(table, "paper") else "")]
+    lines += _scatter(table, classes, results)
     if table.comparisons:
         lines += ["", *_orderings(table, orderings_of(table, results))]
     if failures:
@@ -127,6 +129,21 @@ def _averages(table: Table, classes: Sequence[str], results: Sequence[Result]) -
 def _mean_of_all(values: Sequence[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return sum(known) / len(known) if known and len(known) == len(values) else None
+
+
+def _scatter(table: Table, classes: Sequence[str], results: Sequence[Result]) -> list[str]:
+    """How far seeds lie apart, where there are more of them than usual."""
+    found = [(name, row.name, scatter_of(results, name, row.name)) for name in classes for row in table.rows]
+    rows = [
+        f"| {category} | {row} | {scatter.best:.2f} | {scatter.median:.2f} | {scatter.worst:.2f} | "
+        f"{scatter.near} of {scatter.size} |"
+        for category, row, scatter in found
+        if scatter is not None and scatter.size > _USUAL_SEEDS
+    ]
+    if not rows:
+        return []
+    head = f"| class | setting | best IoU | median | worst | within {NEAR_THE_BEST:g} of the best |"
+    return ["", "## Seed by seed", "", head, "|---|---|---|---|---|---|", *rows]
 
 
 def _orderings(table: Table, orderings: Sequence[Ordering]) -> list[str]:

@@ -1,5 +1,6 @@
 """What has been measured so far: our figures by class and row, and which of the paper's orderings they show."""
 
+import statistics
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -15,6 +16,7 @@ _METRICS: dict[Figure, str] = {
     "iou_pose_given": "iou",
 }
 """Each figure's name in metrics.json."""
+NEAR_THE_BEST = 0.05
 
 
 class Result(NamedTuple):
@@ -44,6 +46,18 @@ class Ordering(NamedTuple):
     """Whether the whole interval of ours lies above 0, below it, or neither."""
 
 
+class Scatter(NamedTuple):
+    """How far seeds of one setting lie apart."""
+
+    best: float
+    median: float
+    worst: float
+    near: int
+    """How many are at most `NEAR_THE_BEST` behind the best, itself included."""
+    size: int
+    """How many there are."""
+
+
 def results_of(study: Study, entries: Iterable[Entry]) -> list[Result]:
     """The entries that are done."""
     results = []
@@ -64,6 +78,19 @@ def mean_figure(results: Sequence[Result], category: str, row: str, figure: Figu
             if (result.entry.cell.category, result.entry.row.name) == (category, row) and figure in result.entry.figures
         ]
     )
+
+
+def scatter_of(results: Sequence[Result], category: str, row: str) -> Scatter | None:
+    """Of IoU over seeds; None where there is none."""
+    found = sorted(
+        result.value("iou")
+        for result in results
+        if (result.entry.cell.category, result.entry.row.name) == (category, row) and "iou" in result.entry.figures
+    )
+    if not found:
+        return None
+    near = sum(value > found[-1] - NEAR_THE_BEST - 1e-9 for value in found)
+    return Scatter(found[-1], statistics.median(found), found[0], near, len(found))
 
 
 def orderings_of(table: Table, results: Sequence[Result]) -> list[Ordering]:

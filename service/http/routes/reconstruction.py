@@ -49,7 +49,7 @@ def reconstruction_routes(backend: Backend) -> APIRouter:
         automatic = upload.category in (None, AUTOMATIC)
         engines = catalogue.all_engines() if automatic else [catalogue.engine(upload.category)]
         form, effort = form_of(media_type), Effort(upload.refine, settings.refine_seconds)
-        wanted = form, upload.hypotheses, effort, upload.blocks, upload.place
+        wanted = form, upload.hypotheses, effort, upload.blocks
         answer = await backend.work(request, reconstruct, engines, upload.images, settings.max_pixels, *wanted)
         backend.metrics.observe_stages(answer.timings_ms)
         return answer_response(answer, media_type)

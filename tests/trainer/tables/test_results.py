@@ -61,6 +61,16 @@ def test_an_ablation_compares_without_the_paper() -> None:
     assert "ShapeNet" not in page
 
 
+def test_many_seeds_are_told_by_how_far_they_lie_apart() -> None:
+    table, study = load_table("seeds"), Study(Path("out"), "sharp", load_preset("sharp"), 4000, 100, 6, None)
+    found = results(table, {"recipe": 0.5}, tuple(range(10)))
+    page = as_markdown(table, study, ("car", "chair"), found, ())
+    assert "| class | setting | best IoU | median | worst | within 0.05 of the best |" in page
+    assert "| car | recipe | 0.59 | 0.55 | 0.50 | 6 of 10 |" in page
+    assert "| chair | recipe | 0.39 | 0.34 | 0.30 | 6 of 10 |" in page
+    assert "Seed by seed" not in as_markdown(table, study, ("car", "chair"), found[:6], ())
+
+
 def test_an_ordering_is_found_reversed_or_not_decided() -> None:
     table = load_table("comparisons")
     iou = dict.fromkeys((row.name for row in table.rows), 0.5)

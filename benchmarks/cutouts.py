@@ -1,21 +1,18 @@
-"""What it gains to look for where a cut-out object belongs, and what it costs: every bundle of fixed light.
+"""What it costs accuracy to have to cut an object out: every bundle of fixed light.
 
-    python -m benchmarks.placement --models models --real-meshes DIR
+    python -m benchmarks.cutouts --models models --real-meshes DIR
 
 Pictures of procedural objects that no training or validation saw, and of real meshes, if any, are judged as they are,
-in the model's own frame; cut out and set there by rule, as anybody's own pictures are; and where the model explains
-them best, after so many rounds. Writes a JSON file with the machine, the judge's figures of each, and the milliseconds
-of a search on one core.
+in the model's own frame; and cut out and set there by rule, as anybody's own pictures are. Writes a JSON file with the
+machine and the judge's figures of each.
 """
 
 import argparse
 import io
-import statistics
 import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -29,7 +26,6 @@ from service.bundle import read_bundle
 from service.errors import ImageError
 from service.image import read_picture
 from service.inference import Engine, load_engine
-from service.placement import place
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import Pictures, Validation, from_folder, from_meshes, validation_from
 from trainer.evaluation.protocol import judge
@@ -50,11 +46,8 @@ FIGURES = (
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--rounds", type=int, nargs="*", default=[0, 1, 2, 3], help="of the search; 0 is the rule alone"
-    )
-    add_options(parser, 100, 6, Path("benchmarks/placement.json"))
-    measure_bundles("benchmarks.placement", parser.parse_args(), measured)
+    add_options(parser, 200, 6, Path("benchmarks/cutouts.json"))
+    measure_bundles("benchmarks.cutouts", parser.parse_args(), measured)
     return 0
 
 
@@ -64,27 +57,21 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         validation = validation_from(rendered(Path(folder), subject, VALIDATION_SEED, arguments.objects), subject.scene)
         test = from_folder(rendered(Path(folder), subject, TEST_SEED, arguments.objects), subject.scene)
-    found = {"test": _judged(subject, engine, test, validation, arguments.rounds)}
+    found = {"test": _judged(subject, engine, test, validation)}
     meshes = arguments.real_meshes and arguments.real_meshes / subject.category
     if meshes and meshes.is_dir():
         real = from_meshes(meshes, subject.scene, arguments.views)
-        found["real_meshes"] = _judged(subject, engine, real, validation, arguments.rounds)
+        found["real_meshes"] = _judged(subject, engine, real, validation)
     return found
 
 
-def _judged(
-    subject: Subject, engine: Engine, pictures: Pictures, validation: Validation, rounds: list[int]
-) -> dict[str, Any]:
-    """The judge's figures of pictures as they are, and cut out and placed in so many rounds."""
-    judged = {"framed": _figures(subject, pictures, validation)}
-    for number in rounds:
-        milliseconds: list[float] = []
-        codes = np.stack([_placed(engine, one, number, milliseconds) for one in pictures.codes])
-        judged[f"cut out, {number} rounds"] = {
-            **_figures(subject, replace(pictures, codes=codes), validation),
-            "milliseconds": round(statistics.median(milliseconds), 2),
-        }
-    return judged
+def _judged(subject: Subject, engine: Engine, pictures: Pictures, validation: Validation) -> dict[str, Any]:
+    """The judge's figures of pictures as they are, and cut out."""
+    codes = np.stack([_cut_out(engine, one) for one in pictures.codes])
+    return {
+        "framed": _figures(subject, pictures, validation),
+        "cut out": _figures(subject, replace(pictures, codes=codes), validation),
+    }
 
 
 def _figures(subject: Subject, pictures: Pictures, validation: Validation) -> dict[str, Any]:
@@ -92,9 +79,7 @@ def _figures(subject: Subject, pictures: Pictures, validation: Validation) -> di
     return {figure: report[figure] for figure in FIGURES}
 
 
-def _placed(
-    engine: Engine, codes: UInt8[ndarray, "3 H W"], rounds: int, milliseconds: list[float]
-) -> UInt8[ndarray, "3 H W"]:
+def _cut_out(engine: Engine, codes: UInt8[ndarray, "3 H W"]) -> UInt8[ndarray, "3 H W"]:
     """A picture as it is after it was sent as a file whose object had to be cut out; as it was, where that fails."""
     buffer = io.BytesIO()
     Image.fromarray(np.pad(codes, ((0, 0), (8, 8), (8, 8))).transpose(1, 2, 0)).save(buffer, "PNG")
@@ -112,10 +97,7 @@ def _placed(
         )
     except ImageError:
         return codes
-    began = perf_counter()
-    found = place(engine, prepared, rounds)
-    milliseconds.append(1000 * (perf_counter() - began))
-    return encode(found.prepared.picture)
+    return encode(prepared.picture)
 
 
 if __name__ == "__main__":
