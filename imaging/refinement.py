@@ -22,9 +22,8 @@ from imaging.pyramid import pyramid
 Array = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
-Draw = Callable[[Floats, Floats, Floats | None, NDArray[np.int64]], Array]
-"""(shape codes [K, Z], azimuths [K], light azimuths [K] or None, number of the picture that each is to explain [K]) →
-what is seen [K, 3, H, W]; angles in radians."""
+Draw = Callable[[Floats, Floats, Floats | None], Array]
+"""(shape codes [K, Z], azimuths [K], light azimuths [K] or None) → what is seen [K, 3, H, W]; angles in radians."""
 
 PRIOR_WEIGHT: Final = 8.0
 """β for a picture of `FULL_PIXELS`; in proportion for others. The KL weight that the recipe ends with."""
@@ -105,7 +104,7 @@ def weigh_poses(draw: Draw, pictures: Array, guess: Guess, candidates: Floats, p
     shown = np.repeat(np.arange(count), bins)
     codes = np.repeat(guess.shape_code[None], count * bins, 0)
     lights = None if guess.light_azimuths is None else np.repeat(guess.light_azimuths, bins)
-    drawn = pyramid(draw(codes, candidates.ravel(), lights, shown))
+    drawn = pyramid(draw(codes, candidates.ravel(), lights))
     misfit = 0.5 * np.square(drawn - pyramid(pictures)[shown], dtype=np.float64).sum(1).reshape(count, bins)
     evidence = np.log(np.maximum(probabilities, 1e-30)) - misfit / (TEMPERATURE * _share(pictures))
     weights = np.exp(_TEMPER * (evidence - evidence.max(1, keepdims=True)))
@@ -143,7 +142,7 @@ def refine(draw: Draw, pictures: Array, guess: Guess, iterations: int, seconds: 
 def _energy(draw: Draw, seen: Array, guess: Guess, prior: float) -> float:
     count = len(seen)
     codes = np.repeat(guess.shape_code[None], count, 0)
-    drawn = pyramid(draw(codes, guess.azimuths, guess.light_azimuths, np.arange(count)))
+    drawn = pyramid(draw(codes, guess.azimuths, guess.light_azimuths))
     misfit = float(np.square(drawn - seen, dtype=np.float64).sum())
     length = float(np.square(guess.shape_code).sum())
     return 0.5 * misfit + 0.5 * prior * length
@@ -159,7 +158,7 @@ def _normal_equations(draw: Draw, seen: Array, guess: Guess, prior: float) -> tu
     shown = np.repeat(np.arange(count), len(moves))
     every = np.tile(moves, (count, 1))
     lights = None if guess.light_azimuths is None else guess.light_azimuths[shown] + every[:, latent + 1]
-    drawn = pyramid(draw(guess.shape_code + every[:, :latent], guess.azimuths[shown] + every[:, latent], lights, shown))
+    drawn = pyramid(draw(guess.shape_code + every[:, :latent], guess.azimuths[shown] + every[:, latent], lights))
     drawn = drawn.reshape(count, len(moves), -1)
     curvature = np.diag(np.concatenate((np.full(latent, prior), np.zeros(angles * count))))
     downhill = np.concatenate((-prior * guess.shape_code, np.zeros(angles * count)))

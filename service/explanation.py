@@ -11,13 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from imaging.framing import frame_of
+from imaging.alignment import aligned
 from imaging.preparation import Method, Prepared
 from imaging.scaling import block_means
 from service.inference import Engine, Posterior, Surface
 from service.manifest import HeldOut
 from service.rendering.picture import draw
-from service.rendering.projection import fitted, project
+from service.rendering.projection import project
 from service.rendering.shading import shade
 
 MOST_STRANGE: Final = 2.0
@@ -34,21 +34,20 @@ _SHARPNESS: Final = 5.0
 def unexplained(engine: Engine, prepared: Prepared, posterior: Posterior, surface: Surface) -> float:
     """The re-render error of a picture, given the pose and the light found in it and the mesh.
 
-    Where the object was cut out and framed, its size and place in the picture are a guess; the drawing is then brought
-    to the same size and place.
+    Where the object was cut out and framed, its size and place in the picture are a guess; the picture is then brought
+    to where the drawing has it.
     """
     manifest = engine.manifest
     camera, (width, height) = manifest.camera, (manifest.picture.width, manifest.picture.height)
     side = _square(width, height)
     columns, rows = width // side, height // side
     screen = project(surface.vertices, posterior.azimuth, camera, columns, rows)
-    if prepared.method != "framed":
-        screen = fitted(screen, frame_of(columns, rows, camera.distance, camera.field_of_view_degrees))
     light_azimuth = 0.0 if posterior.light is None else posterior.light.azimuth
     colours = shade(surface.normals, posterior.azimuth, light_azimuth, manifest.lights, manifest.ambient)
     samples = max(1, round(_SAMPLES * _ROWS / rows))
     drawn = draw(screen, colours, engine.faces, columns, rows, samples).colour
-    seen = block_means(prepared.picture, side)
+    picture = prepared.picture if prepared.method == "framed" else aligned(prepared.picture, drawn)
+    seen = block_means(picture, side)
     return float(np.square(seen - drawn).sum() / max(float(np.square(seen).sum()), _LEAST_LIGHT))
 
 

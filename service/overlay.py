@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from imaging.framing import frame_of
+from imaging.alignment import aligned
 from imaging.srgb import encode
 from service.inference import Engine, Surface
 from service.rendering.picture import Drawing, draw
-from service.rendering.projection import fitted, project
+from service.rendering.projection import project
 from service.rendering.shading import shade
 
 _COMFORTABLE_WIDTH: Final = 512
@@ -41,9 +41,11 @@ def overlay_png(
 ) -> bytes:
     """The surface as its camera sees it over a picture [3, H, W], `enlargement` times as large as the model's.
 
-    Where a rule has set the picture's object, the surface is brought to the same size and place.
+    Where a rule has set the picture's object, that is brought to where the surface is.
     """
-    drawn = _drawn(engine, surface, azimuth, light_azimuth, enlargement(engine), by_rule)
+    drawn = _drawn(engine, surface, azimuth, light_azimuth, enlargement(engine))
+    if by_rule:
+        picture = aligned(picture, drawn.colour)
     covered = _OPACITY * drawn.coverage
     return _png(_DIMMED * (1 - covered) * picture + _OPACITY * drawn.colour)
 
@@ -52,20 +54,16 @@ def objects_png(engine: Engine, surfaces: Sequence[Surface], azimuth: float) -> 
     """Surfaces turned by `azimuth` radians on black, each as its camera sees it; several in rows."""
     across = math.ceil(math.sqrt(len(surfaces)))
     scale = max(1, enlargement(engine) // across)
-    tiles = [_drawn(engine, surface, azimuth, 0.0, scale, by_rule=False).colour for surface in surfaces]
+    tiles = [_drawn(engine, surface, azimuth, 0.0, scale).colour for surface in surfaces]
     tiles += [np.zeros_like(tiles[0])] * (-len(tiles) % across)
     rows = [np.concatenate(tiles[start : start + across], 2) for start in range(0, len(tiles), across)]
     return _png(np.concatenate(rows, 1))
 
 
-def _drawn(
-    engine: Engine, surface: Surface, azimuth: float, light_azimuth: float, scale: int, by_rule: bool
-) -> Drawing:
+def _drawn(engine: Engine, surface: Surface, azimuth: float, light_azimuth: float, scale: int) -> Drawing:
     manifest = engine.manifest
-    camera, width, height = manifest.camera, scale * manifest.picture.width, scale * manifest.picture.height
-    screen = project(surface.vertices, azimuth, camera, width, height)
-    if by_rule:
-        screen = fitted(screen, frame_of(width, height, camera.distance, camera.field_of_view_degrees))
+    width, height = scale * manifest.picture.width, scale * manifest.picture.height
+    screen = project(surface.vertices, azimuth, manifest.camera, width, height)
     colours = shade(surface.normals, azimuth, light_azimuth, manifest.lights, manifest.ambient)
     return draw(screen, colours, engine.faces, width, height, _SAMPLES)
 

@@ -10,12 +10,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from imaging.framing import frame_of
+from imaging.alignment import aligned
 from imaging.preparation import Prepared
 from imaging.refinement import Draw, Guess, search
 from service.inference import Array, Engine, Posterior, decode_all
 from service.rendering.picture import draw_all
-from service.rendering.projection import fitted, project
+from service.rendering.projection import project
 from service.rendering.shading import shade
 
 _SAMPLES: Final = 2
@@ -51,11 +51,19 @@ def improve(
 ) -> Improved:
     """Poses, lights and the shape code that explain the pictures better, together.
 
-    The coarse poses are weighed anew by their drawings first. Raises InferenceError as the graphs do.
+    The coarse poses are weighed anew by their drawings first. Pictures of cut-out objects, whose size and place are a
+    guess, are brought to where the encoder's answer is drawn. Raises InferenceError as the graphs do.
     """
-    seen = np.stack([prepared.picture for prepared in pictures])
-    draw = _drawing(engine, pictures)
+    draw = _drawing(engine)
     lights = [posterior.light.azimuth for posterior in posteriors if posterior.light is not None]
+    turned = np.array([posterior.azimuth for posterior in posteriors])
+    first = draw(np.stack([shape_code] * len(pictures)), turned, np.array(lights) if lights else None)
+    seen = np.stack(
+        [
+            prepared.picture if prepared.method == "framed" else aligned(prepared.picture, drawn)
+            for prepared, drawn in zip(pictures, first, strict=True)
+        ]
+    )
     centres = np.radians(engine.manifest.azimuth_bin_centres_degrees)
     fine = np.array([posterior.azimuth_fine_mean for posterior in posteriors])
     told = np.array([posterior.azimuth_probabilities for posterior in posteriors], np.float64)
@@ -79,20 +87,14 @@ def improve(
     return Improved(tuple(improved), after.guess.shape_code.astype(np.float32), after.iterations)
 
 
-def _drawing(engine: Engine, pictures: Sequence[Prepared]) -> Draw:
-    """Shapes as the manifest's camera sees them in its light. What was cut out and framed has a size and a place that
-    are a guess: its drawings are brought there, too."""
+def _drawing(engine: Engine) -> Draw:
+    """Shapes as the manifest's camera sees them in its light."""
     manifest = engine.manifest
     width, height = manifest.picture.width, manifest.picture.height
-    frame = frame_of(width, height, manifest.camera.distance, manifest.camera.field_of_view_degrees)
-    placed = np.array([prepared.method != "framed" for prepared in pictures])
 
-    def draw(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, shown: np.ndarray) -> Array:
+    def draw(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None) -> Array:
         surface = decode_all(engine, codes.astype(np.float32))
         screens = project(surface.vertices, azimuths, manifest.camera, width, height)
-        moved = placed[shown]
-        if moved.any():
-            screens[moved] = fitted(screens[moved], frame)
         turned = np.zeros(len(codes)) if lights is None else lights
         colours = shade(surface.normals, azimuths, turned, manifest.lights, manifest.ambient)
         return draw_all(screens, colours, engine.faces, width, height, _SAMPLES).colour.astype(np.float32)

@@ -18,7 +18,7 @@ def figures(path: str) -> dict[str, Any]:
 
 SHIPPED = figures("models/figures.json")
 REFINED = figures("benchmarks/refinement.json")["models"]
-PLACED = figures("benchmarks/placement.json")["models"]
+CUT_OUT, FORMER = (figures(name)["models"] for name in ("benchmarks/cutouts.json", "docs/results/placement.json"))
 CEILINGS = figures("docs/results/ceilings.json")["iou"]
 
 
@@ -145,30 +145,30 @@ def test_the_decoder_s_rate() -> None:
     assert f"{flipped:.0%} of them are flipped".replace("%", " %") in text
 
 
-WAYS = ("framed", "cut out, 0 rounds", "cut out, 2 rounds")
-
-
-def placement(judged: list[dict[str, Any]]) -> str:
+def told(judged: list[dict[str, Any]]) -> str:
     iou, right = (sum(one[key] for one in judged) / len(judged) for key in ("iou", "symmetric_azimuth_accuracy"))
     return f"{iou:.2f}, {right:.2f}"
 
 
-@pytest.mark.parametrize("name", [*PLACED, "mean"])
+@pytest.mark.parametrize("name", [*CUT_OUT, "mean"])
 def test_cut_out_objects(name: str) -> None:
-    models = list(PLACED.values()) if name == "mean" else [PLACED[name]]
-    expected = [
-        placement([model[source][way] for model in models]) for source in ("test", "real_meshes") for way in WAYS
-    ]
+    names = list(CUT_OUT) if name == "mean" else [name]
+    expected = []
+    for source in ("test", "real_meshes"):
+        expected += [told([CUT_OUT[one][source][way] for one in names]) for way in ("framed", "cut out")]
+        former = ("cut out, 0 rounds", "cut out, 2 rounds")
+        expected += [told([FORMER[one][source][way] for one in names]) for way in former]
     assert rows(section("Cut-out objects"))[name] == expected
 
 
 def test_auto() -> None:
     found = figures("docs/results/auto.json")
-    shares = [found[source][way]["right"] for source in ("procedural", "real meshes") for way in WAYS]
-    told = re.search(
-        r"for (\d+) % of framed.*?for (\d+) % at first sight and (\d+) % now.*?for (\d+) %, (\d+) % and (\d+) %",
+    sources, ways = ("procedural", "real meshes"), ("framed", "cut out")
+    shares = [found[source][way]["right"] for source in sources for way in ways]
+    named = re.search(
+        r"for (\d+) % of framed pictures and (\d+) % of cut-out ones.*?for (\d+) % and (\d+) %",
         section("Cut-out objects"),
         re.S,
     )
-    assert told
-    assert [int(share) for share in told.groups()] == [round(100 * share) for share in shares]
+    assert named
+    assert [int(share) for share in named.groups()] == [round(100 * share) for share in shares]

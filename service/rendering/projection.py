@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from imaging.framing import Frame
 from service.manifest import Camera
 
 NEAREST_DEPTH: Final = 0.05
@@ -37,15 +36,6 @@ def project(
         ),
         -1,
     )
-
-
-def fitted(screens: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
-    """Meshes on the screen [..., V, 3] brought where and as large as framing brings objects."""
-    low, high = screens[..., :2].min(-2, keepdims=True), screens[..., :2].max(-2, keepdims=True)
-    diagonal = np.hypot(*np.moveaxis(high - low, -1, 0))[..., None]
-    scale = frame.diagonal / np.maximum(diagonal, 1e-9)
-    centre = (frame.width / 2, frame.height / 2 + frame.drop)
-    return np.concatenate(((screens[..., :2] - (low + high) / 2) * scale + centre, screens[..., 2:]), -1)
 
 
 def rotation_about_y(angle: ArrayLike) -> NDArray[np.float64]:

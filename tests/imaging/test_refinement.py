@@ -11,7 +11,7 @@ HEIGHT, WIDTH, LATENT = 24, 32, 2
 PRIOR = PRIOR_WEIGHT * HEIGHT * WIDTH / FULL_PIXELS
 
 
-def blobs(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, shown: np.ndarray) -> np.ndarray:
+def blobs(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None) -> np.ndarray:
     """A soft spot whose size is the code's first number and whose brightness is its second; the azimuth moves it along,
     and a dimmer one on the other side tells 180° apart. The light is its redness."""
     row, column = np.mgrid[:HEIGHT, :WIDTH] + 0.5
@@ -28,7 +28,7 @@ def blobs(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, sh
 
 
 def seen(code: tuple[float, float], azimuths: list[float], lights: list[float] | None = None) -> np.ndarray:
-    return blobs(np.array([code] * len(azimuths)), np.array(azimuths), lights and np.array(lights), np.arange(9))
+    return blobs(np.array([code] * len(azimuths)), np.array(azimuths), lights and np.array(lights))
 
 
 def start(views: int = 1, azimuth: float = 0.0) -> Guess:
@@ -67,8 +67,8 @@ def test_the_prior_counts_as_in_training() -> None:
     assert refine(blobs, pictures, start(), 0).energy_before == pytest.approx(0, abs=1e-6)
     moved = Guess(np.array([1.0, 2.0]), np.zeros(1), None)
 
-    def unmoved(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None, shown: np.ndarray) -> np.ndarray:
-        return blobs(0 * codes, azimuths, lights, shown)
+    def unmoved(codes: np.ndarray, azimuths: np.ndarray, lights: np.ndarray | None) -> np.ndarray:
+        return blobs(0 * codes, azimuths, lights)
 
     assert refine(unmoved, pictures, moved, 0).energy_before == pytest.approx(PRIOR / 2 * 5, rel=1e-6)
     assert refine(unmoved, pictures, moved, 3).guess.shape_code == pytest.approx([0, 0], abs=0.05)

@@ -9,7 +9,6 @@ import torch
 from rasteriser import likelihood, pictures
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import Scene, random_scene
-from trainer.geometry.topology import subdivided_cube
 from trainer.rendering import reference
 
 
@@ -174,9 +173,15 @@ def test_a_mesh_outside_the_picture_draws_nothing(shift: tuple[int, int]) -> Non
 
 
 def test_a_million_faces_are_drawn() -> None:
-    base, faces = subdivided_cube(300)
-    sphere = base / np.linalg.norm(base, axis=1, keepdims=True)
-    screen = np.concatenate((sphere[:, :2] * 20 + (32, 24), 1 / (3 + sphere[:, 2:])), 1)
-    drawn = pictures.draw(screen[None], np.ones((1, len(base), 1)), build_topology(faces), 64, 48, np.inf)
+    # A sphere of 709 circles of latitude and as many meridians, around the axis that is looked along.
+    count = 709
+    latitude, longitude = np.linspace(0, np.pi, count), np.arange(count) * 2 * np.pi / count
+    ring, height = np.sin(latitude)[:, None], np.repeat(np.cos(latitude), count)
+    x, y = (ring * np.cos(longitude)).ravel(), (ring * np.sin(longitude)).ravel()
+    screen = np.stack((20 * x + 32, 20 * y + 24, 1 / (3 + height)), 1)
+    here = np.arange((count - 1) * count).reshape(-1, count)
+    beside, below = np.roll(here, -1, 1), here + count
+    faces = np.stack((here, below, beside, beside, below, np.roll(below, -1, 1)), -1).reshape(-1, 3)
+    drawn = pictures.draw(screen[None], np.ones((1, len(screen), 1)), build_topology(faces), 64, 48, np.inf)
     assert len(faces) > 10**6
     assert drawn.sum() == pytest.approx(np.pi * 20**2, rel=1e-4)

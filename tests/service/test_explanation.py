@@ -70,7 +70,7 @@ def test_a_picture_without_the_object_costs_all_its_light_and_the_drawings(
 def test_where_the_frame_is_a_guess_size_and_place_do_not_count(
     engine: Engine, surface: Surface, posterior: Posterior
 ) -> None:
-    """The object is brought where framing brings objects, whatever the surface's own size is."""
+    """The object is brought where the surface is, whatever the surface's own size is."""
     camera = engine.manifest.camera
     frame = frame_of(64, 48, camera.distance, camera.field_of_view_degrees)
     edges = np.arange(65.0), np.arange(49.0)

@@ -18,7 +18,7 @@ from service.inference import Engine, Posterior, decode, encode, sample_shape_co
 from service.reconstruction import reconstruct
 from service.refinement import Effort, improve
 from service.rendering.picture import draw
-from service.rendering.projection import fitted, project
+from service.rendering.projection import project
 from service.rendering.shading import shade
 from tests.service.reading import document_of, vertices_of
 from trainer.evaluation.bundle import from_bundle
@@ -36,9 +36,10 @@ def drawn(engine: Engine, code: np.ndarray, azimuth: float, framing: bool = Fals
     surface = decode(engine, code)
     screen = project(surface.vertices, azimuth, manifest.camera, WIDTH, HEIGHT)
     if framing:
-        screen = fitted(
-            screen, frame_of(WIDTH, HEIGHT, manifest.camera.distance, manifest.camera.field_of_view_degrees)
-        )
+        frame = frame_of(WIDTH, HEIGHT, manifest.camera.distance, manifest.camera.field_of_view_degrees)
+        low, high = screen[:, :2].min(0), screen[:, :2].max(0)
+        scale = frame.diagonal / np.hypot(*(high - low))
+        screen[:, :2] = (screen[:, :2] - (low + high) / 2) * scale + (WIDTH / 2, HEIGHT / 2 + frame.drop)
     colours = shade(surface.normals, azimuth, 0.0, manifest.lights, manifest.ambient)
     return draw(screen, colours, engine.faces, WIDTH, HEIGHT, 4).colour.astype(np.float32)
 

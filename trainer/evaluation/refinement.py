@@ -64,9 +64,7 @@ def drawing(
 ) -> Draw:
     """How `imaging.refinement` has shapes drawn: decoded by the model, under the scene's camera and lights."""
 
-    def draw(
-        codes: np.ndarray, azimuths: np.ndarray, light_azimuths: np.ndarray | None, shown: np.ndarray
-    ) -> np.ndarray:
+    def draw(codes: np.ndarray, azimuths: np.ndarray, light_azimuths: np.ndarray | None) -> np.ndarray:
         vertices = decode(torch.as_tensor(codes, dtype=torch.float32))
         lights = None if light_azimuths is None else torch.as_tensor(light_azimuths, dtype=torch.float32)
         turned = torch.as_tensor(azimuths, dtype=torch.float32)

@@ -14,8 +14,7 @@ from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray
 from torch import Tensor
 
-from imaging.framing import frame_of
-from trainer.config import SceneConfig
+from imaging.alignment import aligned
 from trainer.errors import DataError
 from trainer.evaluation.pictures import linear_batches
 from trainer.evaluation.subject import Prediction, Subject
@@ -73,26 +72,29 @@ def rerender_errors(
 ) -> Float[ndarray, "N"]:
     """The re-render error of each picture.
 
-    Where the object was cut out and `fitted` into the frame, its size and place are a guess, and the drawing is brought
-    to the same.
+    Where the object was cut out and `fitted` into the frame, its size and place are a guess, and the picture is brought
+    to where the drawing has it.
     """
     scene = subject.scene
     side = _square(scene.width, scene.height)
-    moved = torch.zeros(len(codes), dtype=torch.bool) if fitted is None else torch.from_numpy(fitted)
+    moved = np.zeros(len(codes), bool) if fitted is None else fitted
     errors, start = [], 0
     for images in linear_batches(codes):
         numbers = torch.arange(start, start + len(images))
-        drawn = _drawn(subject, prediction.of(numbers), moved[numbers])
-        seen, again = (torch.nn.functional.avg_pool2d(pictures, side) for pictures in (images, drawn))
+        drawn = _drawn(subject, prediction.of(numbers))
+        brought = [
+            torch.from_numpy(aligned(image.numpy(), again.numpy())) if moved[number] else image
+            for number, image, again in zip(numbers, images, drawn, strict=True)
+        ]
+        seen, again = (torch.nn.functional.avg_pool2d(pictures, side) for pictures in (torch.stack(brought), drawn))
         errors.append((seen - again).square().sum((1, 2, 3)) / seen.square().sum((1, 2, 3)).clamp_min(_LEAST_LIGHT))
         start += len(images)
     return np.asarray(torch.cat(errors).double().numpy())
 
 
-def _drawn(subject: Subject, told: Prediction, moved: Bool[Tensor, "N"]) -> Float[Tensor, "N 3 H W"]:
+def _drawn(subject: Subject, told: Prediction) -> Float[Tensor, "N 3 H W"]:
     scene = subject.scene
     screen = project(told.vertices, told.azimuths, scene.camera, scene.width, scene.height)
-    screen = torch.where(moved[:, None, None], _fitted(screen, scene), screen)
     normals = vertex_normals(told.vertices, subject.faces)
     if told.light_azimuths is None:
         colours = shade(normals, told.azimuths, scene)
@@ -100,16 +102,6 @@ def _drawn(subject: Subject, told: Prediction, moved: Bool[Tensor, "N"]) -> Floa
         colours = shade_by_light(normals, told.azimuths, told.light_azimuths[:, None], scene).squeeze(2)
     topology = topology_of(subject.faces)
     return renderer.draw(screen, colours, topology, scene.width, scene.height, crease=float("inf"))[:, :-1]
-
-
-def _fitted(screen: Float[Tensor, "N V 3"], scene: SceneConfig) -> Float[Tensor, "N V 3"]:
-    """The mesh where and as large as framing brings objects."""
-    frame = frame_of(scene.width, scene.height, scene.camera.distance, scene.camera.field_of_view_degrees)
-    low, high = screen[..., :2].amin(1, keepdim=True), screen[..., :2].amax(1, keepdim=True)
-    size = (high - low).norm(dim=2, keepdim=True).clamp_min(1e-9)
-    centre = screen.new_tensor((frame.width / 2, frame.height / 2 + frame.drop))
-    placed = (screen[..., :2] - (low + high) / 2) * (frame.diagonal / size) + centre
-    return torch.cat((placed, screen[..., 2:]), 2)
 
 
 def _square(width: int, height: int) -> int:

@@ -40,6 +40,8 @@ class Setting:
 # The shapes stay alike and smooth at first: with weak priors from the start, 48 pictures are learnt by heart.
 PRIORS: dict[str, Any] = {"kl_weight": 8.0, "kl_weight_start": 124.0, "laplacian_weight_start": 2000.0}
 UNTOLD = {"pose_supervision": "none"}
+# Each of them is drawn for every picture.
+FEW_BINS = {"azimuth_bins": 6}
 LONGER = {"batch_size": 32, "steps": 160}
 SETTINGS = {
     "subdivision": Setting(),
@@ -56,11 +58,11 @@ SETTINGS = {
     "three views": Setting(optimiser={"views_per_instance": 3, "batch_size": 24}),
     "latent of 1": Setting(model={"latent": 1}),
     "latent of 40": Setting(model={"latent": 40}),
-    "no poses": Setting(loss=UNTOLD, optimiser=LONGER),
-    "no poses, moved": Setting(loss=UNTOLD | {"moved_steps": 80}, optimiser=LONGER),
+    "no poses": Setting(model=FEW_BINS, loss=UNTOLD, optimiser=LONGER),
+    "no poses, moved": Setting(model=FEW_BINS, loss=UNTOLD | {"moved_steps": 80}, optimiser=LONGER),
     # After 160 steps the light is still hardly better than a guess (27° to 32° in three seeds), after 320 12° to 16°.
     "no poses, varying colour": Setting(
-        rotate_lights=True, model={"light": "varying"}, loss=UNTOLD, optimiser=LONGER | {"steps": 320}
+        rotate_lights=True, model=FEW_BINS | {"light": "varying"}, loss=UNTOLD, optimiser=LONGER | {"steps": 320}
     ),
 }
 
