@@ -46,7 +46,7 @@ def _light(picture: NDArray[np.floating]) -> _Light | None:
     total, height = float(light.sum()), len(light)
     if total <= 0:
         return None
-    # Light that is gathered in pixels' middles seems spread by a twelfth of a pixel more than it is (Sheppard).
+    # Gathered in pixels' middles, light has a variance that is a twelfth of a pixel's area too large along each axis.
     centres, variance = [], -2 / 12
     for line in (light.sum(0), light.sum(1)):
         places = np.arange(len(line)) + 0.5

@@ -31,7 +31,7 @@ def build_topology(faces: npt.NDArray[np.integer]) -> Topology:
         raise ValueError(f"expected faces as an integer array [F, 3], found {faces.dtype} {list(faces.shape)}")
     count = len(faces)
     opposite = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), 1).reshape(-1, 2), axis=1)
-    # As one number each, edges are found eight times as fast as in pairs, in the same order.
+    # As one number each, edges are found several times as fast as in pairs, in the same order.
     vertices = int(faces.max(initial=0)) + 1
     numbers, edge_of_side, uses = np.unique(
         opposite.astype(np.int64) @ (vertices, 1), return_inverse=True, return_counts=True

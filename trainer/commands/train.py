@@ -148,9 +148,10 @@ class TrainCommand:
             last = train(config, source, category, self.run_directory, self.intervals, resume, report, provenance)
             if last.step >= config.optimiser.steps:
                 last = reframe(last, self.run_directory, source, due, self.intervals, report)
-        finished = last.step >= config.optimiser.steps and last.reframing_steps == due
+        finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"
-        console.print(f"{done} at step {last.step} after {last.run['seconds']:.0f} s: {self.run_directory}")
+        alone = f" and {last.reframing_steps} more for the encoder" if last.reframing_steps else ""
+        console.print(f"{done} at step {last.step}{alone} after {last.run['seconds']:.0f} s: {self.run_directory}")
         if not finished:
             raise KeyboardInterrupt
 

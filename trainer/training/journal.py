@@ -1,7 +1,8 @@
 """What a training leaves in its run directory while it runs.
 
 config.json          the resolved settings
-metrics.jsonl        one JSON object per logged step: `figures_of`, and with every preview `health_of`
+metrics.jsonl        one JSON object per logged step: `figures_of`, and with every preview `health_of`; of the last
+                     phase (`training.reframing`) its loss alone
 log.txt              what happened, one line each
 tensorboard/         the same figures, for TensorBoard
 previews/*.png       held-out pictures, their reconstructions, and the same shapes from three other sides

@@ -56,9 +56,9 @@ def reframe(
     """The phase of a run whose other steps are done, from what `training.loop.train` returned; returns the last
     checkpoint, which is also written there.
 
-    It has so many steps, with numbers behind the others'; nothing is done where it has had them. One that is stopped,
-    by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report` and processes are as
-    they are there.
+    It has so many steps, with numbers behind the others'; nothing is done where it has had as many. One that is
+    stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report` and processes
+    are as they are there.
 
     Raises:
         DataError: no finite gradient any more.
@@ -66,7 +66,7 @@ def reframe(
     """
     config, model, before = checkpoint.config, checkpoint.model, checkpoint.step
     source = of_folder(config, images) if isinstance(images, ImageSet) else images
-    if steps == checkpoint.reframing_steps:
+    if steps <= checkpoint.reframing_steps:
         return checkpoint
     if processes.count() > 1:
         synchronise(model.encoder)

@@ -82,6 +82,7 @@ def test_a_selection_from_pictures_to_a_preset_and_on(
     assert status == 0, errors
     assert load_checkpoint(out / "winner").step == 10
     anew = ["train", "--images", pictures, "--preset", out / "preset.toml", "--run", tmp_path / "anew"]
+    anew += ["--reframing-share", "0"]
     status, _, errors = answer(capsys, *anew)
     assert status == 0, errors
     after, before = load_checkpoint(tmp_path / "anew"), load_checkpoint(out / "candidates" / found["chosen"])

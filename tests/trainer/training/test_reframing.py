@@ -101,9 +101,10 @@ def test_what_was_done_is_not_done_again(config: TrainConfig, images: ImageSet, 
     written = (tmp_path / FILE_NAME).read_bytes()
     resumed = run(config, images, tmp_path, resume=True)
     assert resumed.reframing_steps == 3
-    again = reframe(resumed, tmp_path, images, 3, EVERY_STEP, silent)
-    assert (tmp_path / FILE_NAME).read_bytes() == written
-    assert_same(again, done)
+    for steps in (3, 2, 0):
+        again = reframe(resumed, tmp_path, images, steps, EVERY_STEP, silent)
+        assert (tmp_path / FILE_NAME).read_bytes() == written
+        assert_same(again, done)
 
 
 def test_one_that_is_stopped_begins_anew(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
