@@ -9,7 +9,9 @@ import torch
 import trimesh
 from PIL import Image
 
+from imaging.alignment import aligned
 from tests.trainer.new_model import HEIGHT, WIDTH, new_model, save_model
+from trainer.commands import reconstruct
 from trainer.commands.line import run
 from trainer.config import SceneConfig
 from trainer.data.images import load_image_folder
@@ -19,7 +21,7 @@ from trainer.evaluation.gallery import render
 from trainer.evaluation.subject import answer, from_checkpoint
 from trainer.evaluation.turntable import FRAMES, turntable
 from trainer.model.vae import Model
-from trainer.training.checkpoint import load_checkpoint
+from trainer.training.checkpoint import load_checkpoint, save_checkpoint
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +63,38 @@ def test_all_pictures_give_one_mesh_and_a_sheet(
     assert len(found.faces) == 6 * 44
     with Image.open(output.with_suffix(".png")) as sheet:
         assert sheet.width > 4 * WIDTH
+
+
+@pytest.mark.parametrize(("own", "steps", "brought"), [(True, 5, 3), (True, 0, 0), (False, 5, 0)])
+def test_own_pictures_are_brought_to_where_a_model_of_renderings_sees_their_object(
+    checkpoint: tuple[Path, Model],
+    pictures: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    own: bool,
+    steps: int,
+    brought: int,
+) -> None:
+    """A model that learnt from pictures whose objects were cut out sees them where the rule sets them."""
+    folder, path, calls = tmp_path / "views", tmp_path / "checkpoint.safetensors", []
+    folder.mkdir()
+    for file in pictures.rglob("*.png"):
+        with Image.open(file) as view:
+            seen = np.asarray(view.convert("RGB").resize((4 * WIDTH, 4 * HEIGHT)))
+        white = np.where(seen.max(2, keepdims=True) > 8, seen, 255).astype(np.uint8)
+        Image.fromarray(np.pad(white, ((40, 40), (60, 60), (0, 0)), constant_values=255)).save(folder / file.name)
+    trained = load_checkpoint(checkpoint[0])
+    save_checkpoint(path, replace(trained, run=trained.run | {"reframing_steps": steps}))
+
+    def spied(picture: np.ndarray, drawing: np.ndarray) -> np.ndarray:
+        calls.append(picture.shape)
+        return aligned(picture, drawing)
+
+    monkeypatch.setattr(reconstruct, "aligned", spied)
+    views = folder if own else pictures
+    arguments = ["--checkpoint", str(path), "--images", str(views), "--output", str(tmp_path / "car.ply")]
+    assert run(["reconstruct", *arguments, "--refine", "1"]) == 0
+    assert calls == brought * [(3, HEIGHT, WIDTH)]
 
 
 def test_the_blocks_of_a_glb_are_nodes_and_a_turntable_is_asked_for(

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 import tyro
 
+from imaging.alignment import aligned
 from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
@@ -60,7 +61,15 @@ class ReconstructCommand:
             )
         images = pictures.batch(np.arange(len(pictures)))
         with torch.no_grad():
-            found = answer(replace(from_checkpoint(checkpoint), refinement=self.refine), images, len(images))
+            subject = from_checkpoint(checkpoint)
+            found = answer(subject, images, len(images))
+            if checkpoint.reframing_steps and not pictures.framed:
+                # The rule has set the objects elsewhere, and larger or smaller, than the model sees them.
+                drawn = render(model.faces, scene, found.vertices, found.azimuths, found.light_azimuths)
+                pairs = zip(images.numpy(), drawn.numpy(), strict=True)
+                images = torch.from_numpy(np.stack([aligned(picture, drawing) for picture, drawing in pairs]))
+            if self.refine:
+                found = answer(replace(subject, refinement=self.refine), images, len(images))
             drawn = render(model.faces, scene, found.vertices, found.azimuths, found.light_azimuths)
             titles, rows = comparison_rows(model.faces, scene, images, drawn, found.vertices)
             moments = found.vertices[:1].expand(FRAMES, -1, -1, -1)
