@@ -37,13 +37,19 @@ SETTINGS = {
 }
 
 
-def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
+def begun(config: TrainConfig, folder: Path) -> tuple[FolderPictures, Model]:
+    """All pictures of the folder, and a new model in double precision."""
     images = load_image_folder(folder, config.width, config.height)
     source = FolderPictures(images, torch.arange(len(images)), torch.arange(0))
     torch.manual_seed(0)
     model = Model(config.model, config.width, config.height).double()
     if processes.count() > 1:
         synchronise(model.encoder)
+    return source, model
+
+
+def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
+    source, model = begun(config, folder)
     scene = replace(source.scene, width=config.width, height=config.height)
     views = config.optimiser.views_per_instance
     batch, _, generator = next(source.minibatches(config.optimiser.batch_size, 0, 0, views))
@@ -61,16 +67,11 @@ def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
 
 
 def first_reframing(folder: Path) -> dict[str, Tensor]:
-    """The same of the last phase, by itself: divergence, gradients and running means."""
+    """The same of the last phase, by itself: divergence, the gradient's norm and the running means."""
     config = SETTINGS["exact"]
-    images = load_image_folder(folder, config.width, config.height)
-    source = FolderPictures(images, torch.arange(len(images)), torch.arange(0))
-    torch.manual_seed(0)
-    model = Model(config.model, config.width, config.height).double()
-    if processes.count() > 1:
-        synchronise(model.encoder)
+    source, model = begun(config, folder)
     minibatches = (one._replace(pictures=one.pictures.double()) for one in source.minibatches(8, 0, 0))
-    (taken,) = list(learn_reframed(model, replace(config, precision="float32"), frame_in(images.scene), minibatches, 1))
+    (taken,) = list(learn_reframed(model, replace(config, precision="float32"), frame_in(source.scene), minibatches, 1))
     assert taken is not None
     loss = processes.mean(taken.result.loss().detach())
     return {"loss": loss, "norm": torch.tensor(taken.gradient_norm)} | dict(model.named_buffers())
