@@ -134,13 +134,14 @@ def bounding_box(screen, width, height):
 @kernel(error_model="numpy", _nrt=False, fastmath={"contract"})
 def rasterise(covers, sides, boxes, box, width, depths, visible, seen):
     """visible [H, W + WIDE]: the face at each pixel centre inside `box` or NOTHING; depths: its depth, or 0;
-    seen [F]: whether a face is visible at any. Of faces at the same depth, up to rounding, the first wins."""
+    seen [1 + F]: whether face f is
+    visible at any, at f + 1. Of faces at the same depth, up to rounding, the first wins."""
     left, top, right, bottom = box
     for iy in range(top, bottom):
         depths[iy, left : right + LANES] = 0.0
         visible[iy, left : right + LANES] = NOTHING
+    seen[:] = False
     for f in range(len(covers)):
-        seen[f] = False
         if sides[f, 0] == 0:
             continue
         first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
@@ -162,15 +163,11 @@ def rasterise(covers, sides, boxes, box, width, depths, visible, seen):
                 store(inverse, start, select(wins, depth, near))
                 store(faces_there, start, select(wins, f, load(faces_there, start)))
     for iy in range(top, bottom):
-        visible[iy, width:] = NOTHING
-        last = NOTHING
+        faces_there, row = visible[iy], depths[iy]
+        faces_there[width:] = NOTHING
         for ix in range(left, right):
-            face = visible[iy, ix]
-            if face != last:
-                last = face
-                if face != NOTHING:
-                    seen[face] = True
-        row = depths[iy]
+            # Without branches: nobody could predict where one face ends. The place before the first is NOTHING's.
+            seen[faces_there[ix] + 1] = True
         for start in range(left, right, LANES):
             near = load(row, start)
             store(row, start, select(near > 0.0, 1.0 / near, 0.0))

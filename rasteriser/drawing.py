@@ -26,7 +26,7 @@ def workspace_for(vertex_count, topology, channels, width, height):
         np.empty((face_count, 16)),
         np.empty((height, width + WIDE)),
         np.empty((height, width + WIDE), np.int32),
-        np.empty(face_count, np.bool_),
+        np.empty(1 + face_count, np.bool_),
         np.empty((face_count, 1 + 2 * channels, 3)),
         np.empty((vertex_count, 3)),
         np.empty((vertex_count, channels)),
@@ -34,26 +34,21 @@ def workspace_for(vertex_count, topology, channels, width, height):
 
 
 @kernel(error_model="numpy")
-def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture):
-    """Adds the antialiased picture of one mesh to picture [C, H, W + WIDE], inside its box.
-
-    Returns the pieces of contour, crease and crossing, for `draw_mesh_gradient`; there are none where crease is
-    negative.
-    """
+def find_visible(screen, colours, topology, crease, workspace, box, width, height):
+    """What is seen of one mesh, inside its box: leaves it in the workspace, and returns the pieces of contour, crease
+    and crossing; there are none where crease is negative."""
     faces, edges, edge_faces, face_edges = topology
     lines, planes, sides, edge_sides, boxes, covers, depths, visible, seen = workspace[:9]
-    channels, height = picture.shape[0], picture.shape[1]
     set_up_edges(screen, edges, lines)
     set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers)
     rasterise(covers, sides, boxes, box, width, depths, visible, seen)
-    add_interior(planes, boxes, seen, visible, depths, width, picture)
     if crease < 0.0:
         return np.empty((0, 5), np.int32), np.empty((0, 4)), np.empty((0, 9), np.int32), 0
 
     grid = grid_over(box, len(faces))
     spans, starts, items = sort_into_cells(boxes, len(faces), grid)
     ends, segment_codes, count = find_segments(
-        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, channels, crease,
+        screen, faces, edges, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, colours.shape[1], crease,
         width, height, grid, spans, starts, items,
     )  # fmt: skip
     heads, links, link_places, link_count = cuts_between(ends, count, box)
@@ -61,13 +56,22 @@ def draw_mesh(screen, colours, topology, crease, workspace, box, width, picture)
         edges, covers, grid, starts, items, ends, segment_codes, count,
         heads, links, link_places, link_count, width, height,
     )  # fmt: skip
-    add_pieces(planes, boxes, points, codes, found, picture)
     return segment_codes, points, codes, found
 
 
 @kernel(error_model="numpy")
-def draw_mesh_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
-    """Adjoint of `draw_mesh`, right after it; leaves the gradients of vertices and colours in the workspace."""
+def paint_visible(workspace, pieces, width, picture):
+    """Adds the antialiased picture of what `find_visible` found to picture [C, H, W + WIDE]."""
+    _, planes, _, _, boxes, _, depths, visible, seen = workspace[:9]
+    _, points, codes, found = pieces
+    add_interior(planes, boxes, seen, visible, depths, width, picture)
+    add_pieces(planes, boxes, points, codes, found, picture)
+
+
+@kernel(error_model="numpy")
+def visible_gradient(screen, colours, topology, workspace, pieces, width, picture_gradient):
+    """Adjoint of `find_visible` and `paint_visible`, after the former; leaves the gradients of vertices and colours in
+    the workspace."""
     faces, edges = topology[0], topology[1]
     lines, planes, sides, _, boxes, _, depths, visible, seen = workspace[:9]
     plane_gradients, screen_gradient, colour_gradient = workspace[9:12]

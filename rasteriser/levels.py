@@ -27,8 +27,8 @@ def level_table(width, height):
         table[level, STRIDE], table[level, START] = columns + WIDE, start
         start += rows * (columns + WIDE)
         rows, columns = (rows + 1) // 2, (columns + 1) // 2
-    # Whole vectors are read where the last row ends.
-    table[count, START] = start + 2 * WIDE
+    # Whole vectors are read where the last row ends; and arrays side by side all start where a vector does.
+    table[count, START] = (start + 3 * WIDE - 1) // WIDE * WIDE
     return table
 
 

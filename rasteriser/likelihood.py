@@ -14,7 +14,7 @@ from numba import get_num_threads, prange
 
 from rasteriser.compilation import kernel
 from rasteriser.coverage import bounding_box
-from rasteriser.drawing import draw_mesh, draw_mesh_gradient, workspace_for
+from rasteriser.drawing import find_visible, paint_visible, visible_gradient, workspace_for
 from rasteriser.levels import box_above, clear_below, level_table
 from rasteriser.pictures import CREASE, FloatArray, Gradients, checked, contiguous
 from rasteriser.pyramid import picture_pyramid, pyramid_gradient, pyramid_log_likelihood
@@ -74,17 +74,19 @@ def _evaluate(
     _check_hypotheses(colours, pictures, scales)
     screen, colours = checked(screen, colours.reshape(*colours.shape[:2], lights * colours.shape[-1]), topology)
     pictures = np.ascontiguousarray(pictures, np.float32)
-    if not np.isfinite(pictures).all():
-        raise ValueError("expected finite pictures, found NaN or infinity")
     if binarise > 0.0:
         pictures = pictures / (pictures + np.float32(binarise))
     table, mesh = level_table(pictures.shape[3], pictures.shape[2]), contiguous(topology)
     values, asked = np.zeros((len(screen), lights)), asked.reshape(-1, lights)
+    totals = np.zeros(len(pictures))
     to_colours = gradients.colours.reshape(*gradients.colours.shape[:2], colours.shape[2])
     _log_likelihood_gradients(
         get_num_threads(), screen, colours, mesh, crease, binarise, pictures, table, np.flatnonzero(asked.any(1)),
-        asked, scales.reshape(-1, lights), values, gradients.screen, to_colours,
+        asked, scales.reshape(-1, lights), totals, values, gradients.screen, to_colours,
     )  # fmt: skip
+    # Large squares may overflow although the picture is finite.
+    if not (np.isfinite(totals).all() or np.isfinite(pictures).all()):
+        raise ValueError("expected finite pictures, found NaN or infinity")
     return values.reshape(scales.shape)
 
 
@@ -103,7 +105,7 @@ def _check_hypotheses(colours: FloatArray, pictures: FloatArray, scales: npt.NDA
 @kernel(parallel=True, error_model="numpy")
 def _log_likelihood_gradients(
     threads, screen, colours, topology, crease, binarise, pictures, table, wanted, asked, scales,
-    values_out, screen_out, colours_out,
+    totals_out, values_out, screen_out, colours_out,
 ):  # fmt: skip
     channels, height, width = pictures.shape[1:]
     per_picture, size, vertices = len(screen) // len(pictures), table[-1, 3], screen.shape[1]
@@ -118,13 +120,14 @@ def _log_likelihood_gradients(
         )
         lights, paint = np.empty(asked.shape[1], np.int64), np.empty(vertices * painted, np.float32)
         # The hypotheses of a picture stand together: its pyramid is made when the first of them comes.
-        target, total, known = np.empty((channels, size), np.float32), 0.0, -1
+        target, total, known = np.zeros((channels, size), np.float32), 0.0, -1
         for i in range(thread * len(wanted) // threads, (thread + 1) * len(wanted) // threads):
             n = wanted[i]
             if n // per_picture != known:
                 known, total = n // per_picture, 0.0
                 for c in range(channels):
                     total += picture_pyramid(pictures[known, c], table, target[c], scratch[1])
+                totals_out[known] = total
             count = 0
             for light in range(len(lights)):
                 # Where the jump of a colour decides what is a crease, those of all lights do.
@@ -178,7 +181,8 @@ def _log_likelihood_and_gradient(
     picture = np.lib.stride_tricks.as_strided(
         picture, (len(levels), height, stride), (levels.strides[0], stride * levels.itemsize, levels.itemsize)
     )
-    pieces = draw_mesh(screen, colours, topology, crease, workspace, box, width, picture)
+    pieces = find_visible(screen, colours, topology, crease, workspace, box, width, height)
+    paint_visible(workspace, pieces, width, picture)
     if binarise > 0.0:
         binarise_box(picture, box, np.float32(binarise), slopes)
     for k in range(len(lights)):
@@ -196,7 +200,7 @@ def _log_likelihood_and_gradient(
     if gradient:
         if binarise > 0.0:
             multiply_box(picture, box, slopes)
-        draw_mesh_gradient(screen, colours, topology, workspace, pieces, width, picture)
+        visible_gradient(screen, colours, topology, workspace, pieces, width, picture)
 
 
 @kernel(error_model="numpy", _nrt=False)

@@ -9,7 +9,7 @@ from numba import get_num_threads, prange
 
 from rasteriser.compilation import kernel
 from rasteriser.coverage import bounding_box
-from rasteriser.drawing import draw_mesh, draw_mesh_gradient, workspace_for
+from rasteriser.drawing import find_visible, paint_visible, visible_gradient, workspace_for
 from rasteriser.topology import Topology
 from rasteriser.vectors import WIDE
 
@@ -126,10 +126,7 @@ def _pictures(threads, screen, colours, topology, crease, width, out):
         workspace = workspace_for(screen.shape[1], topology, channels, width, height)
         picture = np.zeros((channels, height, width + WIDE), np.float32)
         for n in range(thread, count, threads):
-            picture[:] = 0.0
-            box = bounding_box(screen[n], width, height)
-            draw_mesh(screen[n], colours[n], topology, crease, workspace, box, width, picture)
-            out[n] = picture[:, :, :width]
+            _draw(screen[n], colours[n], topology, crease, workspace, width, picture, out[n])
 
 
 @kernel(parallel=True, error_model="numpy")
@@ -142,9 +139,19 @@ def _pictures_of_each(screen, colours, topology, offsets, crease, width, out):
         mesh = (faces[f0:f1], edges[e0:e1], edge_faces[e0:e1], face_edges[f0:f1])
         workspace = workspace_for(v1 - v0, mesh, channels, width, height)
         picture = np.zeros((channels, height, width + WIDE), np.float32)
-        box = bounding_box(screen[v0:v1], width, height)
-        draw_mesh(screen[v0:v1], colours[v0:v1], mesh, crease, workspace, box, width, picture)
-        out[n] = picture[:, :, :width]
+        _draw(screen[v0:v1], colours[v0:v1], mesh, crease, workspace, width, picture, out[n])
+
+
+@kernel(error_model="numpy")
+def _draw(screen, colours, topology, crease, workspace, width, picture, out):
+    """Writes one picture to out [C, H, W]; `picture` [C, H, W + WIDE] is scratch, zero before and after."""
+    box = bounding_box(screen, width, out.shape[1])
+    pieces = find_visible(screen, colours, topology, crease, workspace, box, width, out.shape[1])
+    paint_visible(workspace, pieces, width, picture)
+    out[:] = 0.0
+    copy_box(picture, box, out)
+    left, top, right, bottom = box
+    picture[:, top:bottom, left:right] = 0.0
 
 
 @kernel(parallel=True, error_model="numpy")
@@ -152,11 +159,23 @@ def _picture_gradients(threads, screen, colours, topology, crease, width, upstre
     count, channels, height = len(screen), upstream.shape[1], upstream.shape[2]
     for thread in prange(threads):
         workspace = workspace_for(screen.shape[1], topology, channels, width, height)
-        picture = np.zeros((channels, height, width + WIDE), np.float32)
+        gradient = np.zeros((channels, height, width + WIDE), np.float32)
         for n in range(thread, count, threads):
-            box = bounding_box(screen[n], width, height)
-            pieces = draw_mesh(screen[n], colours[n], topology, crease, workspace, box, width, picture)
-            picture[:, :, :width] = upstream[n]
-            draw_mesh_gradient(screen[n], colours[n], topology, workspace, pieces, width, picture)
+            left, top, right, bottom = box = bounding_box(screen[n], width, height)
+            pieces = find_visible(screen[n], colours[n], topology, crease, workspace, box, width, height)
+            # Whole vectors are read at the right: no numbers of another picture may stand there.
+            copy_box(upstream[n], (left, top, min(right + WIDE, width), bottom), gradient)
+            visible_gradient(screen[n], colours[n], topology, workspace, pieces, width, gradient)
             screen_out[n] = workspace[10]
             colours_out[n] = workspace[11]
+
+
+@kernel(error_model="numpy", _nrt=False)
+def copy_box(source, box, target):
+    """Of all channels of [C, H, W or more]."""
+    left, top, right, bottom = box
+    for channel in range(source.shape[0]):
+        for row in range(top, bottom):
+            given, into = source[channel, row, left:right], target[channel, row, left:right]
+            for column in range(right - left):
+                into[column] = given[column]

@@ -179,13 +179,15 @@ def sum_of_squares(levels, table, level):
 
 @kernel(error_model="numpy", _nrt=False)
 def picture_pyramid(picture, table, levels, half):
-    """Writes the pyramid of one channel [H, W] into levels; returns Σ_l 4^l |K_l x|²."""
+    """Writes the pyramid of one channel [H, W] into levels, where zeros lie beside all rows; returns Σ_l 4^l |K_l x|².
+    That is not finite if the picture is not."""
     rows, columns = picture.shape
-    levels[:] = 0.0
     for row in range(rows):
-        start = table[0, START] + row * table[0, STRIDE]
+        start, source = table[0, START] + row * table[0, STRIDE], picture[row]
+        # From 0 on, so that the compiler sees whole vectors.
+        into = levels[start : start + columns]
         for column in range(columns):
-            levels[start + column] = picture[row, column]
+            into[column] = source[column]
     total, weight = 0.0, 1.0
     for level in range(len(table) - 1):
         if level > 0:

@@ -15,8 +15,8 @@ from rasteriser.vectors import LANES, as_doubles, as_singles, load, ramp, select
 def add_interior(planes, boxes, seen, visible, depths, width, picture):
     """Adds the colour at each covered pixel centre to picture [C, H, W + LANES]."""
     channels, height = picture.shape[0], picture.shape[1]
-    for f in range(len(seen)):
-        if not seen[f]:
+    for f in range(len(boxes)):
+        if not seen[f + 1]:
             continue
         first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
         first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
@@ -34,8 +34,8 @@ def add_interior(planes, boxes, seen, visible, depths, width, picture):
 def interior_gradient(planes, boxes, seen, visible, depths, width, picture_gradient, plane_gradients):
     """Adjoint of `add_interior`; plane_gradients [F, 1 + 2C, 3] is added to."""
     channels, height = picture_gradient.shape[0], picture_gradient.shape[1]
-    for f in range(len(seen)):
-        if not seen[f]:
+    for f in range(len(boxes)):
+        if not seen[f + 1]:
             continue
         first_x, last_x = pixels_between(boxes[f, 0], boxes[f, 1], width)
         first_y, last_y = pixels_between(boxes[f, 2], boxes[f, 3], height)
