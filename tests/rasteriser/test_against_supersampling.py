@@ -76,14 +76,14 @@ def mean_errors(drawn: np.ndarray, mesh: Mesh, azimuth: float, scene: SceneConfi
 
 @pytest.mark.parametrize("azimuth", AZIMUTHS)
 @pytest.mark.parametrize("kind", ["egg", "bean"])
-@pytest.mark.parametrize(("segments", "bound"), [(2, 0.8), (4, 2.0)])
-def test_both_ways_to_a_picture_agree(kind: str, azimuth: float, segments: int, bound: float) -> None:
-    """Where contours are further apart than a pixel (26 vertices) antialiasing is all but exact; with the 98 vertices
-    of a model, several often meet in one pixel, and colours vary within it."""
+@pytest.mark.parametrize("segments", [2, 4])
+def test_both_ways_to_a_picture_agree(kind: str, azimuth: float, segments: int) -> None:
+    """To a quarter of a step of 1/255 at edges, most of it the brute force's own error, be they alone in their pixel
+    (26 vertices) or several together (98)."""
     mesh = smooth_mesh(kind, segments)
     silhouette, inside = mean_errors(trainer_s(mesh, azimuth, SCENE), mesh, azimuth)
-    assert silhouette < bound
-    assert inside < 0.15
+    assert silhouette < 0.25
+    assert inside < 0.02
 
 
 @pytest.mark.parametrize(
