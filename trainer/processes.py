@@ -1,8 +1,8 @@
 """Several processes that train one model, each on its share of every batch. Of a single one nothing is asked.
 
-`torchrun` starts them and says in the environment who they are; they talk through gloo. What a batch has in common (the
-aggregate posterior, the statistics of the batch normalisation) is that of the whole batch, so that any number of
-processes computes what one would.
+`torchrun` starts them and says in the environment who they are; they talk through gloo, and through nccl about what
+lies on GPUs. What a batch has in common (the aggregate posterior, the statistics of the batch normalisation) is that of
+the whole batch, so that any number of processes computes what one would.
 """
 
 import os
@@ -22,7 +22,7 @@ def joined() -> Iterator[None]:
         yield
         return
     try:
-        distributed.init_process_group("gloo")
+        distributed.init_process_group("cpu:gloo,cuda:nccl" if torch.cuda.is_available() else "gloo")
     except (RuntimeError, ValueError) as error:
         raise ConfigError(
             f"Expected {os.environ['WORLD_SIZE']} processes to meet, as WORLD_SIZE says, found that they cannot "
@@ -46,6 +46,11 @@ def number() -> int:
 def on_this_machine() -> int:
     """How many of them share this machine's cores."""
     return int(os.environ.get("LOCAL_WORLD_SIZE", "1")) if distributed.is_initialized() else 1
+
+
+def number_on_this_machine() -> int:
+    """Of this process among those, from 0."""
+    return int(os.environ.get("LOCAL_RANK", "0")) if distributed.is_initialized() else 0
 
 
 def share(size: int) -> slice:

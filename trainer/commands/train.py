@@ -24,6 +24,7 @@ from trainer.presets import load_preset, preset_names, preset_setting
 from trainer.selection.starts import Start, best_start
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
+from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 from trainer.training.reframing import reframe
@@ -64,6 +65,8 @@ class TrainCommand:
     reframing_share: float = 0.5
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
+    device: Choice = "cpu"
+    """Where the networks and the renderer compute; auto: a GPU where there is one. No GPU has been at hand to try."""
     threads: int = 0
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
@@ -100,6 +103,7 @@ class TrainCommand:
     def _train(self) -> None:
         check_processes(self.config.optimiser, processes.count())
         limit_threads(self.threads)
+        device = chosen_device(self.device)
         first = processes.number() == 0
         category = self._category()
         check_category(category)
@@ -126,7 +130,7 @@ class TrainCommand:
             console.print(f"the middle of each picture is looked at, {source.scene.zoom:g} times as large")
         config, resume = self.config, self.resume
         if self.starts != 1:
-            config, resume = self._best_start(source, category, provenance, console), True
+            config, resume = self._best_start(source, category, provenance, console, device), True
         columns = (
             TextColumn("training"),
             BarColumn(),
@@ -145,9 +149,10 @@ class TrainCommand:
                 rate = "…" if speed is None else f"{speed:.1f}"
                 progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
 
-            last = train(config, source, category, self.run_directory, self.intervals, resume, report, provenance)
+            intervals, directory = self.intervals, self.run_directory
+            last = train(config, source, category, directory, intervals, resume, report, provenance, device=device)
             if last.step >= config.optimiser.steps:
-                last = reframe(last, self.run_directory, source, due, self.intervals, report)
+                last = reframe(last, directory, source, due, intervals, report, device)
         finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"
         alone = f" and {last.reframing_steps} more for the encoder" if last.reframing_steps else ""
@@ -156,7 +161,12 @@ class TrainCommand:
             raise KeyboardInterrupt
 
     def _best_start(
-        self, source: ImageSet | PictureSource, category: str, provenance: dict[str, Any], console: Console
+        self,
+        source: ImageSet | PictureSource,
+        category: str,
+        provenance: dict[str, Any],
+        console: Console,
+        device: torch.device,
     ) -> TrainConfig:
         """The settings of the start that goes on, whose training so far is in the run directory."""
         if self.resume:
@@ -167,7 +177,7 @@ class TrainCommand:
             console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
 
         config = best_start(
-            self.config, self.starts, source, category, self.run_directory, self.intervals, report, provenance
+            self.config, self.starts, source, category, self.run_directory, self.intervals, report, provenance, device
         )  # fmt: skip
         console.print(f"seed {config.seed} explains pictures best, and goes on")
         return config

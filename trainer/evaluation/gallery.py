@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import torch
 from jaxtyping import Float, Float32, Int64
 from torch import Tensor
 
@@ -67,7 +66,7 @@ def comparison_rows(
     """
     columns = [images, reconstructions]
     for side in SIDES_DEGREES:
-        azimuth = torch.full((len(images),), math.radians(side) - azimuth_offset)
+        azimuth = vertices.new_full((len(images),), math.radians(side) - azimuth_offset)
         columns.append(render(faces, scene, vertices, azimuth))
     titles = ["input", "reconstruction", *(f"from {side:+.0f}°" for side in SIDES_DEGREES)]
     return titles, [list(row) for row in zip(*(as_pictures(column) for column in columns), strict=True)]
@@ -80,7 +79,7 @@ def sample_rows(
     vertices = model.decode(shape_codes)
     sides = (-45.0, 45.0, 135.0, -135.0)
     columns = [
-        as_pictures(render(model.faces, scene, vertices, torch.full((len(vertices),), math.radians(side))))
+        as_pictures(render(model.faces, scene, vertices, vertices.new_full((len(vertices),), math.radians(side))))
         for side in sides
     ]
     return [f"from {side:+.0f}°" for side in sides], [list(row) for row in zip(*columns, strict=True)]
@@ -90,4 +89,4 @@ def as_pictures(images: Float[Tensor, "N 3 H W"]) -> list[Picture]:
     """Pictures for a sheet; the pixels of small ones are repeated, so that they can be looked at."""
     factor = max(1, round(COMFORTABLE_WIDTH / images.shape[3]))
     enlarged = images.detach().clamp(0, 1).repeat_interleave(factor, 2).repeat_interleave(factor, 3)
-    return list(enlarged.permute(0, 2, 3, 1).numpy().astype(np.float32))
+    return list(enlarged.permute(0, 2, 3, 1).cpu().numpy().astype(np.float32))

@@ -69,8 +69,8 @@ def decoder_of(config: ModelConfig) -> Decoder:
 def sample_normal(
     mean: Float[Tensor, "*N"], deviation: Float[Tensor, "*N"], generator: torch.Generator
 ) -> Float[Tensor, "*N"]:
-    """The reparameterisation trick: a sample whose gradient reaches mean and deviation. Processes that train together
-    draw the noise of the whole batch, and take their own."""
+    """The reparameterisation trick: a sample whose gradient reaches mean and deviation. The noise is the generator's,
+    whatever device the mean is on. Processes that train together draw that of the whole batch, and take their own."""
     size = len(mean) * processes.count()
-    noise = torch.randn((size, *mean.shape[1:]), generator=generator, dtype=mean.dtype, device=mean.device)
-    return mean + deviation * noise[processes.share(size)]
+    noise = torch.randn((size, *mean.shape[1:]), generator=generator, dtype=mean.dtype, device=generator.device)
+    return mean + deviation * noise[processes.share(size)].to(mean.device)

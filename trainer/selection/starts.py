@@ -24,6 +24,7 @@ from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
 from trainer.selection.bound import held_out_bound
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.device import CPU
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 
@@ -55,6 +56,7 @@ def best_start(
     intervals: Intervals,
     report: Callable[[Start], None],
     provenance: dict[str, Any],
+    device: torch.device = CPU,
 ) -> TrainConfig:
     """Trains `starts` seeds, from the setting's own on, for CHOICE of the steps, and leaves the one of the highest
     bound in `run_directory`; returns its settings, with which `train` resumes there.
@@ -83,7 +85,7 @@ def best_start(
     seeds = [replace(config, seed=config.seed + number) for number in range(starts)]
     found = []
     for own in seeds:
-        found.append(_begun(own, images, category, run_directory, intervals, provenance, judged))
+        found.append(_begun(own, images, category, run_directory, intervals, provenance, judged, device))
         report(found[-1])
     bounds = [-math.inf if start.bound is None else start.bound for start in found]
     if max(bounds) == -math.inf:
@@ -103,12 +105,13 @@ def _begun(
     intervals: Intervals,
     provenance: dict[str, Any],
     judged: Float[Tensor, "N 3 H W"],
+    device: torch.device,
 ) -> Start:
     directory = _directory(run_directory, config)
     first = _first_steps(config)
     begun = (directory / FILE_NAME).exists()
     try:
-        last = train(config, images, category, directory, intervals, begun, _to_nobody, provenance, first)
+        last = train(config, images, category, directory, intervals, begun, _to_nobody, provenance, first, device)
         if last.step < first:
             raise KeyboardInterrupt
         bound = _bound(last, judged)

@@ -140,7 +140,7 @@ def optimiser_tensors(optimiser: torch.optim.Adam, model: Model) -> dict[str, Te
     named = {}
     for name, parameter in model.named_parameters():
         for key, value in optimiser.state.get(parameter, {}).items():
-            named[f"{key}.{name}"] = value
+            named[f"{key}.{name}"] = value.cpu()
     return named
 
 

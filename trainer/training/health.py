@@ -32,11 +32,11 @@ def health_of(
     gradients = term_gradients(model, forward)
     model.eval()
     with torch.no_grad():
-        prototype = model.decode(torch.zeros(1, model.config.latent))[0].double().numpy()
+        prototype = model.decode(shown.new_zeros(1, model.config.latent))[0].double().cpu().numpy()
         posterior = model.encode(shown)
         azimuth, light = most_probable_azimuth(posterior), most_probable_light(posterior)
         drawn = render(model.faces, scene, model.decode(posterior.shape_mean), azimuth, light)
-    faces = model.faces.numpy()
+    faces = model.faces.cpu().numpy()
     return gradients | {
         "rerender_error": float((drawn - shown).square().sum() / shown.square().sum().clamp_min(1e-6)),
         "prototype_volume": signed_volume(Mesh(prototype, faces)),

@@ -34,6 +34,7 @@ from trainer.training.checkpoint import (
 from trainer.training.checks import check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.clock import Clock
 from trainer.training.descent import descend
+from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.figures import figures_of
 from trainer.training.health import health_of
 from trainer.training.interruption import interruptible
@@ -58,13 +59,15 @@ def train(
     report: Callable[[int, dict[str, float]], None],
     provenance: dict[str, Any],
     until: int | None = None,
+    device: torch.device = CPU,
 ) -> Checkpoint:
     """Trains in `run_directory` and returns the last checkpoint, which is also written there.
 
     `images` are a folder's, of which `config.validation_share` is held out here, or a source that has seen to that.
     `report` is called after every logged step with the step and its figures; `provenance` (where the pictures came
-    from) is kept in the checkpoint. `until` is a step to halt at, from where a later call resumes. Ctrl-C finishes the
-    step, saves and returns. A step without a finite gradient changes nothing, and is noted. The same seed, pictures,
+    from) is kept in the checkpoint. `until` is a step to halt at, from where a later call resumes. Everything but the
+    pictures is computed on `device`; the model that is returned is on the CPU. Ctrl-C finishes the step, saves and
+    returns. A step without a finite gradient changes nothing, and is noted. The same seed, pictures,
     threads and machine give the same result, also through `resume`. Processes that train together
     (`trainer.processes`) all call this; the first of them writes and reports. The phase of `training.reframing` comes
     after this.
@@ -73,7 +76,7 @@ def train(
         ConfigError: settings that do not go together, or a run directory that holds another training.
         DataError: too few pictures, supervision asked for without azimuths, or no finite gradient any more.
         CheckpointError: nothing to resume.
-        StorageError: the disk is full.
+        StorageError: the disk, or the memory, is full.
     """
     check_settings(config)
     check_intervals(intervals)
@@ -84,10 +87,10 @@ def train(
     before = checkpoint_before(run_directory, resume, config, scene, category, source, provenance)
     if before and before.step >= end:
         return replace(before, config=config)
-    model, optimiser = _at(before, config)
+    model, optimiser = _at(before, config, device)
     start, clock = before.step if before else 0, Clock(before.run if before else {})
-    geometry, shown = fixed_geometry(model, scene, config.loss), source.shown()
-    convolutions, views = number_format(config.precision), config.optimiser.views_per_instance
+    geometry, shown = fixed_geometry(model, scene, config.loss), source.shown().to(device)
+    convolutions, views = number_format(config.precision, device), config.optimiser.views_per_instance
     taking, first = stepping(model), processes.number() == 0
     step, skipped = start, 0
 
@@ -99,8 +102,10 @@ def train(
     with (
         Journal(run_directory, config, start, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
-        closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as minibatches,
+        closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as drawn,
+        enough_memory(device, config.optimiser.batch_size),
     ):
+        minibatches = sent_to(device, drawn)
         while step < end and not processes.anywhere(interrupted()):
             batch, azimuths, generator = next(minibatches)
             truth = true_azimuths(config.loss, azimuths)
@@ -134,14 +139,15 @@ def train(
         last = checkpoint()
         if first:
             save_checkpoint(run_directory / FILE_NAME, last)
-    model.eval()
+    model.eval().cpu()
     return last
 
 
-def _at(before: Checkpoint | None, config: TrainConfig) -> tuple[Model, torch.optim.Adam]:
+def _at(before: Checkpoint | None, config: TrainConfig, device: torch.device) -> tuple[Model, torch.optim.Adam]:
     """Model and optimiser as a checkpoint has them, or new ones."""
     torch.manual_seed(config.seed)
-    model = Model(config.model, config.width, config.height)
+    # New weights are drawn on the CPU: they are the same on all devices.
+    model = Model(config.model, config.width, config.height).to(device)
     if processes.count() > 1:
         synchronise(model.encoder)
     optimiser = adam(model, config.optimiser)
@@ -200,9 +206,10 @@ def split_instances(images: ImageSet, share: float, seed: int) -> tuple[Int64[Te
 def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> FixedGeometry:
     if isinstance(model.decoder, BlockDecoder):
         return FixedGeometry(topology_of(model.faces), None)
-    vertices, faces = model.decoder.base_vertices.numpy(), model.faces.numpy()
+    base = model.decoder.base_vertices
+    vertices, faces = base.cpu().numpy(), model.faces.cpu().numpy()
     laplacian = np.eye(len(vertices)) - vertex_neighbours(faces, len(vertices))
     if scene.camera.elevation_degrees > 0:
         # The term is squared.
         laplacian[underside(vertices, faces)] *= math.sqrt(config.laplacian_underside)
-    return FixedGeometry(topology_of(model.faces), torch.as_tensor(laplacian, dtype=torch.float32))
+    return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian))

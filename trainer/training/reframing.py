@@ -31,6 +31,7 @@ from trainer.model.vae import Model
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 from trainer.training.clock import Clock
 from trainer.training.descent import Descent, descend
+from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
@@ -52,17 +53,18 @@ def reframe(
     steps: int,
     intervals: Intervals,
     report: Callable[[int, dict[str, float]], None],
+    device: torch.device = CPU,
 ) -> Checkpoint:
     """The phase of a run whose other steps are done, from what `training.loop.train` returned; returns the last
     checkpoint, which is also written there.
 
     It has so many steps, with numbers behind the others'; nothing is done where it has had as many. One that is
-    stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report` and processes
-    are as they are there.
+    stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report`, device and
+    processes are as they are there.
 
     Raises:
         DataError: no finite gradient any more.
-        StorageError: the disk is full.
+        StorageError: the disk, or the memory, is full.
     """
     config, model, before = checkpoint.config, checkpoint.model, checkpoint.step
     source = of_folder(config, images) if isinstance(images, ImageSet) else images
@@ -74,9 +76,11 @@ def reframe(
     with (
         Journal(run_directory, config, before, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
-        closing(source.minibatches(config.optimiser.batch_size, config.seed, before)) as minibatches,
+        closing(source.minibatches(config.optimiser.batch_size, config.seed, before)) as drawn,
+        enough_memory(device, config.optimiser.batch_size),
     ):
-        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps)
+        minibatches = sent_to(device, drawn)
+        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps, device)
         for step, taken in enumerate(learning, before + 1):
             if taken is None:
                 skipped += 1
@@ -101,25 +105,27 @@ def learn_reframed(
     frame: Frame,
     minibatches: Iterator[Minibatch],
     steps: int,
+    device: torch.device = CPU,
 ) -> Iterator[Descent["ReframingResult"] | None]:
     """Teaches the model's encoder what it says of pictures, also where the rule sets their objects.
 
     Every second picture is reframed, the others stay as they are. Yields what each step gave, None where it was skipped
     for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes that train
-    together each has its share of the minibatches, and all end with the same model.
+    together each has its share of the minibatches, and all end with the same model. It may be on another device than
+    `device`, where the pictures are and everything is computed.
     """
-    convolutions, size = number_format(config.precision), config.optimiser.batch_size
-    teacher, student = deepcopy(model).eval(), Reframing(deepcopy(model)).train()
+    convolutions, size = number_format(config.precision, device), config.optimiser.batch_size
+    teacher, student = deepcopy(model).eval().to(device), Reframing(deepcopy(model)).train().to(device)
     taking = student if processes.count() == 1 else DistributedDataParallel(student, forward_sync_buffers=False)
     schedule = replace(config.optimiser, steps=steps, falling_share=1.0)
     optimiser = adam(student, schedule)
     own = processes.share(size)
+    every_second = (torch.arange(size)[own] % 2 == 1)[:, None, None, None].to(device)
     for step in range(steps):
         pictures, _, generator = next(minibatches)
         with torch.no_grad():
             taught = encode_mixed(teacher, pictures, convolutions)
         moved = reframed(pictures, frame, torch.randn((size, 3), generator=generator)[own].to(pictures))
-        every_second = (torch.arange(size)[own] % 2 == 1)[:, None, None, None]
         seen = torch.where(every_second, moved, pictures)
         yield descend(
             student,

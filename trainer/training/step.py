@@ -79,8 +79,7 @@ def forward(
     light_fine = None if light is None else sample_normal(light.fine_mean, light.fine_deviation, generator)
     known = None if true_azimuth is None else nearest_bin(true_azimuth, model.config.azimuth_bins)
     vertices = model.decode(shape_code)
-    if processes.anywhere(not bool(vertices.isfinite().all())):
-        raise FloatingPointError("expected finite vertices, found NaN or infinity")
+    check_vertices(vertices)
 
     def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None, moved: bool) -> Views:
         everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
@@ -118,6 +117,13 @@ def forward(
     return StepResult(terms, posterior, expected)
 
 
+def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:
+    """Raises FloatingPointError, in all processes that train together, where one of them has decoded what cannot be
+    drawn."""
+    if processes.anywhere(not bool(vertices.isfinite().all())):
+        raise FloatingPointError("expected finite vertices, found NaN or infinity")
+
+
 class Encoding(Protocol):
     """What says Q of pictures."""
 
@@ -133,16 +139,20 @@ def encode_mixed(model: Encoding, images: Float[Tensor, "B 3 H W"], convolutions
     return posterior
 
 
-def number_format(precision: Literal["auto", "float32", "bfloat16"]) -> torch.dtype:
-    """The format of the convolutions; `auto` asks the processor whether it multiplies bfloat16 matrices."""
+def number_format(precision: Literal["auto", "float32", "bfloat16"], device: torch.device) -> torch.dtype:
+    """The format of the convolutions; `auto` asks processor or GPU whether it multiplies bfloat16 matrices."""
     match precision:
         case "float32":
             return torch.float32
         case "bfloat16":
             return torch.bfloat16
         case "auto":
-            able = torch.cpu.get_capabilities()
-            return torch.bfloat16 if able.get("avx512_bf16") or able.get("amx_bf16") else torch.float32
+            if device.type == "cuda":
+                able = torch.cuda.is_bf16_supported(including_emulation=False)
+            else:
+                known = torch.cpu.get_capabilities()
+                able = bool(known.get("avx512_bf16") or known.get("amx_bf16"))
+            return torch.bfloat16 if able else torch.float32
 
 
 def coarse_log_rho(posterior: Posterior, known: Float[Tensor, "B R"] | None) -> Float[Tensor, "B bins *L"]:
