@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import torch
 import tyro
 from rich.console import Console
 
@@ -30,7 +31,7 @@ class Options:
 
     output: Path = Path("benchmarks")
     """Folder for training.json."""
-    presets: tuple[str, ...] = ("quick", "best", "paper")
+    presets: tuple[str, ...] = ("quick", "sharp", "best", "paper")
     """Settings that are trained with."""
     steps: int = 60
     """Steps that are measured."""
@@ -43,20 +44,23 @@ class Options:
 def main() -> None:
     options = tyro.cli(Options, prog="python -m benchmarks.training", description=__doc__)
     console = Console(stderr=True)
-    ways = list(dict.fromkeys([(1, 1), (1, CORES), (CORES, 1)]))
-    found: dict[tuple[str, int, int], list[dict[str, Any]]] = {}
+    ways = list(dict.fromkeys([("cpu", 1, 1), ("cpu", 1, CORES), ("cpu", CORES, 1)]))
+    if torch.cuda.is_available():
+        ways.append(("cuda", 1, CORES))
+    found: dict[tuple[str, str, int, int], list[dict[str, Any]]] = {}
     with TemporaryDirectory() as folder:
         render = ["trainer", "render", "--class", "car", "--instances", str(options.pictures), "--output", folder]
         subprocess.run([sys.executable, "-m", *render], check=True, stderr=subprocess.DEVNULL)
         for turn in range(options.rounds):
             for preset in options.presets:
-                for count, threads in ways:
-                    console.print(f"round {turn + 1}: {preset}, {count} processes of {threads} threads")
-                    once = measure(Path(folder), preset, options.steps, count, threads)
-                    found.setdefault((preset, count, threads), []).append(once)
+                for device, count, threads in ways:
+                    console.print(f"round {turn + 1}: {preset}, {device}, {count} processes of {threads} threads")
+                    once = measure(Path(folder), preset, options.steps, device, count, threads)
+                    found.setdefault((preset, device, count, threads), []).append(once)
     report = {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "machine": machine(),
+        "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else None,
         "versions": versions(),
         "command": shlex.join(["python", "-m", "benchmarks.training", *sys.argv[1:]]),
         "trainings": [summary(*key, rounds) for key, rounds in found.items()],
@@ -66,7 +70,7 @@ def main() -> None:
     console.print(f"written: {options.output / 'training.json'}")
 
 
-def measure(images: Path, preset: str, steps: int, count: int, threads: int) -> dict[str, Any]:
+def measure(images: Path, preset: str, steps: int, device: str, count: int, threads: int) -> dict[str, Any]:
     """What `benchmarks.training_steps` prints."""
     start = [sys.executable, "-m"]
     if count > 1:
@@ -79,7 +83,7 @@ def measure(images: Path, preset: str, steps: int, count: int, threads: int) -> 
             "-m",
             "--",
         ]
-    options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", threads]
+    options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", threads, "--device", device]
     command = [*start, "benchmarks.training_steps", *map(str, options)]
     told = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     once: dict[str, Any] = json.loads(told.stdout.splitlines()[-1])
@@ -92,18 +96,22 @@ def free_port() -> int:
         return int(free.getsockname()[1])
 
 
-def summary(preset: str, count: int, threads: int, rounds: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(preset: str, device: str, count: int, threads: int, rounds: list[dict[str, Any]]) -> dict[str, Any]:
     seconds = [once["seconds"] for once in rounds]
     middle = sorted(rounds, key=lambda once: once["seconds"])[len(rounds) // 2]
     rate = rounds[0]["batch"] / statistics.median(seconds)
     return {
         "preset": preset,
+        "device": device,
         "processes": count,
         "threads": threads,
         "batch": rounds[0]["batch"],
         "pictures_per_second": round(rate, 1),
         "seconds_a_step": [round(one, 4) for one in seconds],
         "share": {name: round(spent / middle["seconds"], 3) for name, spent in middle["stages"].items()},
+        "network_operations": middle["network_operations"],
+        "peak_operations_a_second": middle["peak_operations_a_second"],
+        "share_of_the_networks_at_that": round(middle["least_seconds"] / middle["seconds"], 3),
     }
 
 

@@ -1,4 +1,5 @@
-"""Some steps of a training, here or in processes that torchrun has started; prints seconds a step and a stage."""
+"""Some steps of a training, here or in processes that torchrun has started; prints seconds a step and a stage, and how
+long the networks' arithmetic would take at the machine's best."""
 
 import json
 import time
@@ -8,15 +9,21 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import torch
 import tyro
+from torch.utils.flop_counter import FlopCounterMode
 
 from trainer import processes
+from trainer.config import TrainConfig
 from trainer.data.images import load_image_folder
+from trainer.model.vae import Model
 from trainer.presets import load_preset
 from trainer.rendering import renderer
 from trainer.training import step
+from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
+from trainer.training.step import number_format
 from trainer.training.threads import limit_threads
 
 # These are left out: memory is allocated, and caches are cold.
@@ -29,7 +36,7 @@ STAGES: dict[str, tuple[Any, str]] = {
 }
 
 
-def main(images: Path, preset: str, steps: int, threads: int) -> None:
+def main(images: Path, preset: str, steps: int, threads: int, device: Choice = "cpu") -> None:
     """`images` is a folder of pictures; `steps` are measured, after some that are not."""
     config = load_preset(preset)
     config = replace(config, optimiser=replace(config.optimiser, steps=FIRST_STEPS + steps))
@@ -45,14 +52,36 @@ def main(images: Path, preset: str, steps: int, threads: int) -> None:
         limit_threads(threads)
         pictures = load_image_folder(images, config.width, config.height)
         intervals = Intervals(log=EVERY, preview=10**6, checkpoint=10**6)
-        train(config, pictures, "car", Path(folder), intervals, False, report, {})
+        where = chosen_device(device)
+        train(config, pictures, "car", Path(folder), intervals, False, report, {}, device=where)
         if processes.number() == 0:
             (begun, before), (ended, after) = at[FIRST_STEPS], at[FIRST_STEPS + steps - EVERY]
             counted = steps - EVERY  # The last step writes a preview before it reports.
             seconds = (ended - begun) / counted
             stages = {name: (after[name] - before[name]) / counted for name in STAGES}
             stages["networks' backward, decoder, Adam"] = seconds - sum(stages.values())
-            print(json.dumps({"batch": config.optimiser.batch_size, "seconds": seconds, "stages": stages}))
+            told = {"batch": config.optimiser.batch_size, "seconds": seconds, "stages": stages}
+            print(json.dumps(told | roofline(config, where)))
+
+
+def roofline(config: TrainConfig, device: torch.device) -> dict[str, float]:
+    """Operations of the networks' products and convolutions in a step, forward and backward, of all processes together;
+    how many a second the devices reach on a large product in the convolutions' number format; and their quotient."""
+    convolutions = number_format(config.precision, device)
+    model = Model(config.model, config.width, config.height).to(device)
+    images = torch.zeros(config.optimiser.batch_size, 3, config.height, config.width, device=device)
+    with FlopCounterMode(display=False) as counter:
+        posterior = step.encode_mixed(model, images, convolutions)
+        (sum(part.sum() for part in posterior[:5]) + model.decode(posterior.shape_mean).sum()).backward()
+    operations, size = counter.get_total_flops(), 2048
+    factor = torch.ones(size, size, dtype=convolutions, device=device)
+    seconds = []
+    for _ in range(8):
+        begun = time.perf_counter()
+        float((factor @ factor)[0, 0])
+        seconds.append(time.perf_counter() - begun)
+    peak = processes.count() * 2 * size**3 / min(seconds)
+    return {"network_operations": operations, "peak_operations_a_second": peak, "least_seconds": operations / peak}
 
 
 def timed(function: Callable[..., Any], spent: dict[str, float], name: str) -> Callable[..., Any]:
