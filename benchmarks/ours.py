@@ -10,6 +10,7 @@ import numba
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn import functional
 
 from benchmarks.contender import Contender, FloatArray, Gradients, Renderer
 from benchmarks.scene import Scene
@@ -45,7 +46,7 @@ def autograd(scene: Scene) -> Renderer:
     """The same under torch's autograd, the loss in torch."""
 
     def loss(pictures: Tensor, targets: Tensor) -> Tensor:
-        return (pictures - targets).square().sum()
+        return functional.mse_loss(pictures, targets, reduction="sum")
 
     return _through_torch(scene, lambda pictures: pictures, loss)
 
@@ -85,13 +86,13 @@ def log_likelihoods(pictures: Tensor, targets: Tensor) -> Tensor:
         total = total - 0.5 * weight * level.square().reshape(count, -1).sum(1)
         if min(level.shape[2:]) == 1:
             return total
-        level, weight = torch.nn.functional.conv2d(_reflected(level), kernel, stride=2), 4.0 * weight
+        level, weight = functional.conv2d(_reflected(level), kernel, stride=2), 4.0 * weight
 
 
 def _reflected(level: Tensor) -> Tensor:
     """Two more pixels on each side; torch reflects by less than a level's size only."""
     if min(level.shape[2:]) > 2:
-        return torch.nn.functional.pad(level, (2, 2, 2, 2), mode="reflect")
+        return functional.pad(level, (2, 2, 2, 2), mode="reflect")
     for axis in (2, 3):
         size = level.shape[axis]
         period = max(2 * (size - 1), 1)

@@ -14,6 +14,7 @@ from deodr import differentiable_renderer_cython as core
 from deodr.differentiable_renderer import Scene2DBase
 from deodr.pytorch import CameraPytorch, ColoredTriMeshPytorch, Scene3DPytorch
 from deodr.triangulated_mesh import TriMeshAdjacencies
+from torch.nn import functional
 
 from benchmarks.contender import Contender, FloatArray, Gradients, Renderer
 from benchmarks.scene import Scene
@@ -124,7 +125,7 @@ def torch_classes(scene: Scene) -> Renderer:
     def step() -> Gradients:
         positions, colours = points.detach().requires_grad_(), shades.detach().requires_grad_()
         for index, target in enumerate(targets):
-            (draw(positions[index], colours[index]) - target).square().sum().backward()
+            functional.mse_loss(draw(positions[index], colours[index]), target, reduction="sum").backward()
         return Gradients(_gradient(positions), _gradient(colours))
 
     return Renderer(forward, step)
