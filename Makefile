@@ -80,7 +80,6 @@ $(VENV)/.bench: $(VENV)/.installed
 	touch $@
 
 bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchmarks/render.json and .png; about 40 minutes)
-	@ldconfig -p | grep -q libLLVM || echo "expected LLVM's library for Mitsuba 3, found none; measuring without it (Debian: apt-get install libllvm19)" >&2
 	$(BIN)/python -m benchmarks.render
 
 bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (benchmarks/service.json and .png; about 3 minutes)

@@ -184,3 +184,11 @@ def test_seeds(category: str) -> None:
         f"{right[-1]:.2f} of the azimuths within 30°, {near} of {len(cells)} within 0.05 of the best"
     )
     assert said in section("What made the difference")
+
+
+@pytest.mark.parametrize(("row", "where"), [("sixth day, onto the disk", "disk"), ("sixth day, into memory", "memory")])
+def test_how_fast_pictures_are_drawn(row: str, where: str) -> None:
+    rates = figures("docs/results/rendering-files.json")[where]
+    text = section("Pictures and judging, in seconds")
+    classes = re.findall(r"\w+", text.split("\n| first day ")[0].splitlines()[-2])
+    assert dict(zip(classes, rows(text)[row], strict=True)) == {name: f"{rate:,}" for name, rate in rates.items()}
