@@ -50,7 +50,7 @@ class Checkpoint:
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Raises StorageError where the file cannot be written; an older checkpoint at `path` then stays."""
-    tensors = {f"model.{name}": tensor.contiguous() for name, tensor in checkpoint.model.state_dict().items()}
+    tensors = {f"model.{name}": tensor.cpu().contiguous() for name, tensor in checkpoint.model.state_dict().items()}
     tensors |= {f"optimiser.{name}": tensor.contiguous() for name, tensor in checkpoint.optimiser_state.items()}
     header = {
         "format_version": FORMAT_VERSION,
