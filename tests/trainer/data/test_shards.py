@@ -2,6 +2,7 @@
 
 import io
 import json
+import shutil
 import tarfile
 from contextlib import closing
 from dataclasses import replace
@@ -194,3 +195,31 @@ def test_the_commands_write_read_and_resume_them(tmp_path: Path, capsys: pytest.
     assert load_checkpoint(directory).run["shards_at_once"] == 3  # What a step sees depends on it.
     status, _, said = answer(capsys, *train, "--shards-at-once", "0")
     assert (status, "--shards-at-once from 1 to 1024, found 0" in said) == (2, True)
+
+
+def test_a_shard_that_vanishes_while_others_are_read_is_named(folder: Path, tmp_path: Path) -> None:
+    there = Path(shutil.copytree(folder, tmp_path / "shards"))
+    source = open_shards(there, 32, 24, SCENE, 0.25, 1)
+    with closing(source.minibatches(6, 0, 0)) as minibatches:
+        next(minibatches)
+        gone = [shard.name for shard in source.shards]
+        for name in gone:
+            (there / name).unlink()
+        with pytest.raises(DataError, match=r"shard-00000\d\.tar: expected a tar file .* No such file"):
+            list(islice(minibatches, 20))
+
+
+def test_a_training_goes_on_when_a_shard_is_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shards, directory = tmp_path / "shards", tmp_path / "run"
+    answer(capsys, "render", "--class", "chair", *SMALL, "--instances", "12", "--output", shards, "--shards", "4")
+    settings = [*SMALL, "--optimiser.batch-size", "4", "--preset", "quick", "--reframing-share", "0"]
+    train = ["train", "--shards", shards, "--run", directory, "--class", "chair", *settings]
+    assert answer(capsys, *train, "--optimiser.steps", "1")[0] == 0
+    (shards / "shard-000002.tar").rename(tmp_path / "elsewhere.tar")
+    again = ["train", "--run", directory, "--resume", "--reframing-share", "0", "--optimiser.steps", "2"]
+    status, _, said = answer(capsys, *again)
+    assert (status, "1 are not there; first: shard-000002.tar. Bring them back" in said) == (2, True)
+    assert load_checkpoint(directory).step == 1
+    (tmp_path / "elsewhere.tar").rename(shards / "shard-000002.tar")
+    status, _, said = answer(capsys, *again)
+    assert (status, "finished at step 2" in said) == (0, True)
