@@ -53,3 +53,21 @@ def test_ctrl_c_while_several_processes_render(tmp_path: Path) -> None:
     assert 0 < len(pictures) < 4000
     assert {opened(path).shape for path in pictures} == {(24, 32, 3)}
     assert not list((tmp_path / "out").rglob("*.part"))
+
+
+def test_a_rendering_process_that_dies_is_told_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    command = ["render", "--output", tmp_path / "out", "--class", "chair", "--workers", "2", *SMALL, "--instances"]
+    with start(*command, "4000") as process:
+        wait_for(process, lambda: any((tmp_path / "out").rglob("*.png")))
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        # The other child keeps count of what the processes share.
+        (worker,) = [pid for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        os.kill(int(worker), signal.SIGKILL)
+        _, errors = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert "Traceback" not in errors
+    assert "a rendering process was ended from outside" in errors
+    drawn = len(list((tmp_path / "out").rglob("*.png")))
+    assert 0 < drawn < 4000
+    with start(*command, str(drawn + 8)) as process:
+        assert process.wait(timeout=120) == 0

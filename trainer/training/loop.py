@@ -44,6 +44,7 @@ from trainer.training.optimiser import adam, at_step
 from trainer.training.resuming import checkpoint_before
 from trainer.training.schedule import weights_at
 from trainer.training.step import FixedGeometry, Step, StepResult, forward, number_format
+from trainer.training.threads import agree_on_threads
 
 # So many steps in a row without a finite gradient end a training: it will not recover by itself.
 MOST_SKIPPED_STEPS = 20
@@ -81,6 +82,7 @@ def train(
     check_settings(config)
     check_intervals(intervals)
     check_processes(config.optimiser, processes.count())
+    agree_on_threads()
     source = of_folder(config, images) if isinstance(images, ImageSet) else images
     scene = replace(source.scene, width=config.width, height=config.height)
     end = min(until or config.optimiser.steps, config.optimiser.steps)

@@ -18,3 +18,15 @@ def limit_threads(count: int) -> None:
     if count:
         torch.set_num_threads(count)
         numba.set_num_threads(count)
+
+
+def agree_on_threads() -> None:
+    """Gives torch and numba the smaller of their numbers of threads.
+
+    Where OpenMP runs numba's kernels, the first of them sets how many threads torch has from then on. Were that another
+    number than before (OMP_NUM_THREADS sets torch's alone), the first step after each start would sum in another order
+    than the same step of a training that was not interrupted.
+    """
+    count = min(torch.get_num_threads(), numba.get_num_threads())
+    torch.set_num_threads(count)
+    numba.set_num_threads(count)

@@ -76,6 +76,8 @@ def test_the_reference_s_gradient_is_that_of_its_picture() -> None:
         width, height = scene.size
         if len(scene.screen) > 30 or len(np.unique(scene.screen, axis=0)) < len(scene.screen):
             continue
+        if len(np.unique(scene.screen[:, 2])) < len(scene.screen):
+            continue  # Of faces at one depth, the difference itself would decide which is seen.
         faces = torch.tensor(scene.topology.faces.astype(np.int64))
         upstream = torch.tensor(np.random.default_rng(seed).normal(size=scene.target.shape))
 

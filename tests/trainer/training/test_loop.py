@@ -19,6 +19,7 @@ from trainer.data.images import ImageSet
 from trainer.errors import DataError, StorageError
 from trainer.training import loop
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.intervals import Intervals
 from trainer.training.loop import MOST_SKIPPED_STEPS, split_instances
 
 
@@ -88,13 +89,17 @@ def test_the_same_seed_gives_the_same_model_and_another_another(
     assert not torch.equal(first.model.heads.shape_mean.weight, other.model.heads.shape_mean.weight)
 
 
-def test_three_steps_and_three_more_are_six(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
-    whole = run(config, images, tmp_path / "whole")
-    half = run(with_steps(config, 3), images, tmp_path / "parts")
+@pytest.mark.parametrize("steps", [3, 100])
+def test_some_steps_and_as_many_more_are_twice_as_many(
+    steps: int, config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    config, seldom = with_steps(config, 2 * steps), Intervals(log=max(1, steps // 4), preview=1000, checkpoint=1000)
+    whole = run(config, images, tmp_path / "whole", intervals=seldom)
+    half = run(with_steps(config, steps), images, tmp_path / "parts", intervals=seldom)
     seconds = half.run["seconds"]
-    assert half.step == 3
-    resumed = run(config, images, tmp_path / "parts", resume=True)
-    assert resumed.step == 6
+    assert half.step == steps
+    resumed = run(config, images, tmp_path / "parts", resume=True, intervals=seldom)
+    assert resumed.step == 2 * steps
     assert resumed.run["seconds"] > seconds
     assert resumed.run["core_seconds"] > half.run["core_seconds"] > 0
     assert_same(whole, resumed)
