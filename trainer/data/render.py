@@ -48,6 +48,8 @@ from trainer.interrupts import interrupts_left_to_this_process
 
 # Objects that a process takes at once. To open OpenGL takes it as long as to draw fifty pictures.
 _CHUNKS = {"chiaro": 8, "pyrender": 64}
+# Those that are laid ready for each other process.
+_CHUNKS_AHEAD = 4
 _FEWEST_FOR_PROCESSES = 64
 
 logger = logging.getLogger(__name__)
@@ -148,18 +150,17 @@ def _execute(
         return
     pool = ProcessPoolExecutor(min(workers - 1, len(chunks)), get_context("spawn"), _settle)
     try:
-        with interrupts_left_to_this_process():
-            futures: deque[tuple[Chunk, Future[list[Result]]]] = deque(
-                (chunk, pool.submit(_render_all, out, settings, scene, chunk)) for chunk in chunks
-            )
+        waiting, futures = deque(chunks), deque[Future[list[Result]]]()
         # The processes begin with the first chunk, and this one, which need not start up, with the last.
         with _settled():
-            while futures:
-                while futures and futures[0][1].done():
-                    yield from futures.popleft()[1].result()
-                if futures:
-                    chunk, last = futures.pop()
-                    yield from _render_all(out, settings, scene, chunk) if last.cancel() else last.result()
+            while waiting or futures:
+                with interrupts_left_to_this_process():
+                    while waiting and len(futures) < _CHUNKS_AHEAD * (workers - 1):
+                        futures.append(pool.submit(_render_all, out, settings, scene, waiting.popleft()))
+                while futures and (futures[0].done() or not waiting):
+                    yield from futures.popleft().result()
+                if waiting:
+                    yield from _render_all(out, settings, scene, waiting.pop())
     except BrokenProcessPool as error:
         raise StorageError(
             "a rendering process was ended from outside, often for want of memory; finished pictures are kept: "
