@@ -14,6 +14,8 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numpy import ndarray
 
+from trainer.data.shapes.arithmetic import centred, rotated, tube_sections, volume, with_centres
+
 Point = tuple[float, float, float] | Float64[ndarray, "3"]
 
 
@@ -37,12 +39,8 @@ def _oriented(rings: Float64[ndarray, "S N 3"], rising: bool) -> Mesh:
     """A loft whose winding is known: rings that turn right-handedly about the way from the first to the last, or
     (`rising` false) left-handedly."""
     sections, points, _ = rings.shape
-    vertices = np.empty((sections * points + 2, 3))
-    vertices[:-2] = rings.reshape(-1, 3)
-    np.add.reduce(rings[[0, -1]], 1, out=vertices[-2:])
-    vertices[-2:] /= points
     faces = _loft_faces(sections, points)
-    return Mesh(vertices, faces if rising else faces[:, ::-1])
+    return Mesh(with_centres(rings), faces if rising else faces[:, ::-1])
 
 
 @lru_cache(maxsize=256)
@@ -135,32 +133,10 @@ def tube(
     centres = np.asarray(path, np.float64)
     steps = len(centres)
     radii = np.interp(np.linspace(0, 1, steps), np.linspace(0, 1, np.size(radius)), np.atleast_1d(radius))
-    segments = _unit(np.diff(centres, axis=0))
-    tangents = _unit(np.concatenate((segments[:1], segments[:-1] + segments[1:], segments[-1:])))
     sides = 4 if square else points
     _, cosine, sine = superellipse(sides)
     reach = radii * np.sqrt(2) if square else radii
-    # A bar keeps its sides parallel to the axis that it leans on least.
-    aside = np.eye(3)[np.argmin(np.abs(tangents).sum(0))]
-    across = np.empty((steps, 3))
-    for index, tangent in enumerate(tangents):
-        aside = aside - tangent * (aside @ tangent)
-        aside /= math.sqrt(aside @ aside)
-        across[index] = aside
-    beside = _cross(tangents, across)
-    around = cosine[:, None] * across[:, None] + sine[:, None] * beside[:, None]
-    return _oriented(centres[:, None] + reach[:, None, None] * around, rising=True)
-
-
-def _unit(vectors: Float64[ndarray, "N 3"]) -> Float64[ndarray, "N 3"]:
-    unit: Float64[ndarray, "N 3"] = vectors / np.sqrt((vectors * vectors).sum(1, keepdims=True))
-    return unit
-
-
-def _cross(first: Float64[ndarray, "N 3"], second: Float64[ndarray, "N 3"]) -> Float64[ndarray, "N 3"]:
-    """Cross products: np.cross takes many times as long for so few."""
-    (ax, ay, az), (bx, by, bz) = first.T, second.T
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), 1)
+    return _oriented(tube_sections(centres, reach, cosine, sine), rising=True)
 
 
 def cylinder(start: Point, end: Point, radius: float, points: int = 16) -> Mesh:
@@ -175,11 +151,7 @@ def moved(mesh: Mesh, offset: Point) -> Mesh:
 
 def turned(mesh: Mesh, axis: int, angle: float, pivot: Point = (0.0, 0.0, 0.0)) -> Mesh:
     """The mesh, rotated right-handedly by `angle` radians about the axis (0 x, 1 y, 2 z) through `pivot`."""
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    rotation = np.eye(3)
-    rotation[first, first] = rotation[second, second] = np.cos(angle)
-    rotation[first, second], rotation[second, first] = -np.sin(angle), np.sin(angle)
-    return Mesh((mesh.vertices - np.asarray(pivot)) @ rotation.T + np.asarray(pivot), mesh.faces)
+    return Mesh(rotated(mesh.vertices, axis, math.cos(angle), math.sin(angle), np.asarray(pivot, np.float64)), mesh.faces)
 
 
 def mirrored(mesh: Mesh) -> Mesh:
@@ -201,15 +173,9 @@ def joined(*meshes: Mesh) -> Mesh:
 
 def normalise(mesh: Mesh) -> Mesh:
     """The mesh centred on its bounding box and scaled to a unit bounding-box diagonal (ShapeNet's convention)."""
-    used = np.zeros(len(mesh.vertices), np.bool_)
-    used[mesh.faces.reshape(-1)] = True
-    seen = mesh.vertices if used.all() else mesh.vertices[used]
-    low, high = (np.array([extreme(axis) for axis in seen.T]) for extreme in (np.min, np.max))
-    return Mesh((mesh.vertices - (low + high) / 2) / np.linalg.norm(high - low), mesh.faces)
+    return Mesh(centred(mesh.vertices, mesh.faces), mesh.faces)
 
 
 def signed_volume(mesh: Mesh) -> float:
     """The volume that the faces enclose, parts that overlap counted twice; negative where they look inward."""
-    (ax, bx, cx), (ay, by, cy), (az, bz, cz) = mesh.vertices.T.take(mesh.faces.T, axis=1)
-    # The determinant, written out: np.cross takes ten times as long for meshes as small as these.
-    return float((ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)).sum() / 6)
+    return float(volume(mesh.vertices, mesh.faces))
