@@ -51,10 +51,15 @@ def _face_normals(vertices, faces):
             normals[face] = 0.0, 1.0, 0.0
             continue
         normals[face] = x / double_area, y / double_area, z / double_area
-        for corner in range(3):
+        # The angles at two corners: all three make half a turn.
+        remaining = math.pi
+        for corner in range(2):
             back = sides[(corner + 2) % 3]
             cosine = -sides[corner, 0] * back[0] - sides[corner, 1] * back[1] - sides[corner, 2] * back[2]
-            weights[face, corner] = double_area * math.atan2(double_area, cosine)
+            angle = math.atan2(double_area, cosine)
+            weights[face, corner] = double_area * angle
+            remaining -= angle
+        weights[face, 2] = double_area * remaining
     return normals, weights
 
 

@@ -4,8 +4,29 @@ import struct
 import zlib
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float32, UInt8
 from numpy import ndarray
+
+from imaging.srgb import FIRST_INTENSITY, HIGHEST_CODE, STEPS
+from rasteriser.compilation import kernel
+
+
+def srgb_codes(linear: Float32[ndarray, "H W 3"]) -> UInt8[ndarray, "H W 3"]:
+    """What `imaging.srgb.encode` makes of linear intensities, in a fraction of its time: most of a picture is black."""
+    codes: UInt8[ndarray, "H W 3"] = _codes(linear, FIRST_INTENSITY, HIGHEST_CODE)
+    return codes
+
+
+@kernel()
+def _codes(linear, first_intensity, highest_code):
+    codes = np.zeros(linear.shape, np.uint8)
+    here, there = linear.reshape(-1), codes.reshape(-1)
+    for index in range(len(here)):
+        if here[index] > 0.0:
+            intensity = min(here[index], np.float32(1.0))
+            code = highest_code[int(intensity * np.float32(STEPS))]
+            there[index] = code - (intensity < first_intensity[code])
+    return codes
 
 
 def encode_png(codes: UInt8[ndarray, "H W 3"]) -> bytes:

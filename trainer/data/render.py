@@ -26,21 +26,17 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from jaxtyping import Float32, UInt8
-from numpy import ndarray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from imaging.srgb import encode
 from trainer.config import SceneConfig
 from trainer.data.metadata import Row, read_metadata, write_metadata
 from trainer.data.normals import corner_normals
 from trainer.data.opengl import opengl
 from trainer.data.picture import Draw, draw
 from trainer.data.plan import Job, RenderSettings, category_of, claim, is_procedural, load_instance, plan_jobs
-from trainer.data.png import encode_png
+from trainer.data.png import encode_png, srgb_codes
 from trainer.data.shards import INDEX_FILE, rows_of, shard_name, write_index, write_shard
 from trainer.data.writing import write_bytes
 from trainer.errors import DataError, StorageError
@@ -245,16 +241,8 @@ def _drawn(
     normals, drawn = corner_normals(mesh), []
     for row in rows:
         angles = math.radians(row.azimuth_degrees or 0.0), math.radians(row.light_azimuth_degrees or 0.0)
-        drawn.append((row, encode_png(_encoded(draws(mesh, *angles, normals)))))
+        drawn.append((row, encode_png(srgb_codes(draws(mesh, *angles, normals)))))
     return drawn, None
-
-
-def _encoded(colour: Float32[ndarray, "H W 3"]) -> UInt8[ndarray, "H W 3"]:
-    """sRGB codes; the background, most of a picture, is spared the arithmetic."""
-    codes = np.zeros(colour.shape, np.uint8)
-    seen = colour > 0
-    codes[seen] = encode(colour[seen])
-    return codes
 
 
 def _progress(show: bool) -> Progress:
