@@ -125,49 +125,44 @@ def _rasterise(screen, planes, triangle, left, top, nearness, owner):
 @kernel(error_model="numpy")
 def _resolve(owner, planes, left, top, supersampling, colour, alpha):
     """Averages the samples of each pixel."""
-    channels = colour.shape[2]
+    channels, width = colour.shape[2], owner.shape[1]
     weight = 1.0 / (supersampling * supersampling)
-    total = np.empty(channels)
-    for row in range(owner.shape[0] // supersampling):
-        for column in range(owner.shape[1] // supersampling):
-            covered, before = 0, -1
-            total[:] = 0.0
-            # Σ (a·x + b·y + c)·depth = a·Σ x·depth + b·Σ y·depth + c·Σ depth over the samples that a triangle has in
-            # a row: its colours need be looked at only where another one follows.
-            depths, depths_x, depths_y = 0.0, 0.0, 0.0
-            near_x, near_y, near_constant = 0.0, 0.0, 0.0
-            for sample_row in range(row * supersampling, (row + 1) * supersampling):
-                y = sample_row + top + 0.5
-                for sample_column in range(column * supersampling, (column + 1) * supersampling):
-                    triangle = owner[sample_row, sample_column]
-                    if triangle != before:
-                        if before >= 0:
-                            _add_colours(planes, before, depths_x, depths_y, depths, total)
-                        depths, depths_x, depths_y = 0.0, 0.0, 0.0
-                        if triangle >= 0:
-                            near_x, near_y = planes[triangle, 0, 0], planes[triangle, 0, 1]
-                            near_constant = planes[triangle, 0, 2]
-                        before = triangle
-                    if triangle < 0:
-                        continue
-                    x = sample_column + left + 0.5
-                    depth = 1.0 / (near_x * x + near_y * y + near_constant)
-                    depths += depth
-                    depths_x += x * depth
-                    depths_y += y * depth
-                    covered += 1
-            if before >= 0:
-                _add_colours(planes, before, depths_x, depths_y, depths, total)
-            if covered:
-                pixel_row, pixel_column = row + top // supersampling, column + left // supersampling
-                alpha[pixel_row, pixel_column] = covered * weight
+    totals = np.empty((width // supersampling, channels))
+    covered = np.empty(width // supersampling, np.int64)
+    for row in range(owner.shape[0]):
+        if row % supersampling == 0:
+            totals[:] = 0.0
+            covered[:] = 0
+        _add_samples(owner[row], planes, left + 0.5, row + top + 0.5, supersampling, totals, covered)
+        if row % supersampling == supersampling - 1:
+            pixel_row, first = (row + top) // supersampling, left // supersampling
+            for pixel in range(len(covered)):
+                alpha[pixel_row, first + pixel] = covered[pixel] * weight
                 for channel in range(channels):
-                    colour[pixel_row, pixel_column, channel] = total[channel] * weight
+                    colour[pixel_row, first + pixel, channel] = totals[pixel, channel] * weight
 
 
 @kernel(error_model="numpy")
-def _add_colours(planes, triangle, depths_x, depths_y, depths, total):
-    for channel in range(total.shape[0]):
-        row = channel + 1
-        along = planes[triangle, row, 0] * depths_x + planes[triangle, row, 1] * depths_y
-        total[channel] += along + planes[triangle, row, 2] * depths
+def _add_samples(owner, planes, left, y, supersampling, totals, covered):
+    """Adds the colours of a row of samples to its pixels, those that one triangle has in one pixel at once:
+    Σ (a·x + b·y + c)·depth = a·Σ x·depth + (b·y + c)·Σ depth."""
+    start = 0
+    while start < len(owner):
+        triangle = owner[start]
+        if triangle < 0:
+            start += 1
+            continue
+        pixel, end = start // supersampling, start
+        near_x, near_constant = planes[triangle, 0, 0], planes[triangle, 0, 1] * y + planes[triangle, 0, 2]
+        depths, depths_x = 0.0, 0.0
+        while end < (pixel + 1) * supersampling and owner[end] == triangle:
+            x = end + left
+            depth = 1.0 / (near_x * x + near_constant)
+            depths += depth
+            depths_x += x * depth
+            end += 1
+        for channel in range(totals.shape[1]):
+            along_x, along_y = planes[triangle, channel + 1, 0], planes[triangle, channel + 1, 1]
+            totals[pixel, channel] += along_x * depths_x + (along_y * y + planes[triangle, channel + 1, 2]) * depths
+        covered[pixel] += end - start
+        start = end
