@@ -10,6 +10,11 @@ from numpy.random import Generator
 
 from trainer.data.shapes.solid import Mesh, joined, lathe, loft, moved, tube, turned
 
+_ALONG = np.linspace(0.0, 1.0, 6)
+_TIP = 1.02 - 0.9 * _ALONG**4
+# How broad and how thick a leaf is on its way from the stem to its tip.
+_BREADTH = (0.25 + 0.75 * np.sin(np.pi * (0.1 + 0.85 * _ALONG))) * _TIP
+
 
 def plant(rng: Generator) -> Callable[[Generator, float], Mesh]:
     """A kind of plant: what it returns draws one of a given size."""
@@ -19,16 +24,22 @@ def plant(rng: Generator) -> Callable[[Generator, float], Mesh]:
 
 def leaf(length: float, width: float, thickness: float, rise: float, droop: float) -> Mesh:
     """A blade from the origin outwards along +z: it leaves at `rise` radians above the horizon and bends by `droop`."""
-    along = np.linspace(0.0, 1.0, 6)
-    angle = rise - droop * along
-    step = length / (len(along) - 1) * np.insert(np.ones(len(along) - 1), 0, 0.0)
-    y, z = np.cumsum(step * np.sin(angle)), np.cumsum(step * np.cos(angle))
-    tip = 1.02 - 0.9 * along**4
-    half = width / 2 * (0.25 + 0.75 * np.sin(np.pi * (0.1 + 0.85 * along))) * tip
-    up, forward = thickness / 2 * tip * np.cos(angle), -thickness / 2 * tip * np.sin(angle)
-    middle = np.zeros_like(half)
-    corners = [(half, y, z), (middle, y + up, z + forward), (-half, y, z), (middle, y - up, z - forward)]
-    return loft(np.stack([np.stack(corner, -1) for corner in corners], 1))
+    angle = rise - droop * _ALONG
+    step = length / (len(_ALONG) - 1) * np.ones_like(_ALONG)
+    step[0] = 0.0
+    sine, cosine = np.sin(angle), np.cos(angle)
+    rings = np.zeros((len(_ALONG), 4, 3))
+    rings[:, 0, 0] = width / 2 * _BREADTH
+    rings[:, 2, 0] = -rings[:, 0, 0]
+    rings[:, :, 1], rings[:, :, 2] = np.cumsum(step * sine)[:, None], np.cumsum(step * cosine)[:, None]
+    half = thickness / 2 * _TIP
+    up = half * cosine
+    forward = -half * sine
+    rings[:, 1, 1] += up
+    rings[:, 1, 2] += forward
+    rings[:, 3, 1] -= up
+    rings[:, 3, 2] -= forward
+    return loft(rings)
 
 
 def rosette(rng: Generator, size: float) -> Mesh:
