@@ -28,5 +28,7 @@ STEPS: Final = 16384
 """Steps of 0..1 so fine that each holds the border between two codes at the most: a comparison then decides."""
 FIRST_INTENSITY: Final = np.append(0.0, _linear((np.arange(1, 256) - 0.5) / 255)).astype(np.float32)
 """The least linear intensity of each code."""
-HIGHEST_CODE: Final = (np.searchsorted(FIRST_INTENSITY, (np.arange(STEPS + 1) + 1) / STEPS, "left") - 1).astype(np.uint8)
+HIGHEST_CODE: Final = (np.searchsorted(FIRST_INTENSITY, (np.arange(STEPS + 1) + 1) / STEPS, "left") - 1).astype(
+    np.uint8
+)
 """The highest code in each step."""

@@ -151,7 +151,9 @@ def moved(mesh: Mesh, offset: Point) -> Mesh:
 
 def turned(mesh: Mesh, axis: int, angle: float, pivot: Point = (0.0, 0.0, 0.0)) -> Mesh:
     """The mesh, rotated right-handedly by `angle` radians about the axis (0 x, 1 y, 2 z) through `pivot`."""
-    return Mesh(rotated(mesh.vertices, axis, math.cos(angle), math.sin(angle), np.asarray(pivot, np.float64)), mesh.faces)
+    return Mesh(
+        rotated(mesh.vertices, axis, math.cos(angle), math.sin(angle), np.asarray(pivot, np.float64)), mesh.faces
+    )
 
 
 def mirrored(mesh: Mesh) -> Mesh:
