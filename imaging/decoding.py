@@ -19,6 +19,9 @@ from imaging.srgb import decode_table
 FORMATS: Final = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """The formats that are read, by Pillow's names; whatever else a file holds is refused before it is decoded."""
 
+_DRAFTED: Final = ("JPEG", "MPO")
+"""Formats whose decoder can reduce. In the others the orientation may stand behind the pixels."""
+
 _MOST_WORKING_PIXELS: Final = 2_000_000
 _STRIP_PIXELS: Final = 1_000_000
 
@@ -82,27 +85,52 @@ def decode(content: bytes, least_width: int, least_height: int, max_pixels: int)
         PixelLimitError: the picture has more than `max_pixels` pixels; found out before any is decoded.
         DamageError: the file is empty, damaged or cut off.
     """
-    file = _open(content, max_pixels)
-    width, height = file.size
-    turn = _turn(file)
-    lying = turn in _LYING
-    drafted = file.draft(None, (least_height, least_width) if lying else (least_width, least_height))
-    draft = 1 if drafted is None else round(width / drafted[1][2])
-    upright = _loaded(file) if turn is None else _loaded(file).transpose(turn)
+    return PictureFile(content, max_pixels).reduced(least_width, least_height)
 
-    fitting = min(upright.width // max(1, least_width), upright.height // max(1, least_height))
-    bounded = math.ceil(math.sqrt(upright.width * upright.height / _MOST_WORKING_PIXELS))
-    factor = max(1, fitting, bounded)
+
+class PictureFile:
+    """A picture file from which the picture is wanted in several sizes: those that come out alike are made once."""
+
+    def __init__(self, content: bytes, max_pixels: int) -> None:
+        """Raises as `decode` does."""
+        self._content, self._max_pixels = content, max_pixels
+        self._file = _open(content, max_pixels)
+        self._turn = _turn(self._file)
+        # By how much a decoder reduces, and by how much the picture is reduced after it.
+        self._reduced: dict[tuple[int, int], Picture] = {}
+
+    def reduced(self, least_width: int, least_height: int) -> Picture:
+        """As `decode`."""
+        lying = self._turn in _LYING
+        width, height = self._file.size
+        file = self._file
+        if file.format in _DRAFTED:
+            # What a decoder has reduced stays so.
+            file = _open(self._content, self._max_pixels)
+        drafted = file.draft(None, (least_height, least_width) if lying else (least_width, least_height))
+        draft = 1 if drafted is None else round(width / drafted[1][2])
+        if lying:
+            width, height = height, width
+        working_width, working_height = math.ceil(width / draft), math.ceil(height / draft)
+        fitting = min(working_width // max(1, least_width), working_height // max(1, least_height))
+        bounded = math.ceil(math.sqrt(working_width * working_height / _MOST_WORKING_PIXELS))
+        factor = max(1, fitting, bounded)
+        if (draft, factor) not in self._reduced:
+            upright = _loaded(file) if self._turn is None else _loaded(file).transpose(self._turn)
+            self._reduced[draft, factor] = _picture(upright, (width, height), draft, factor)
+        return self._reduced[draft, factor]
+
+
+def _picture(upright: Image.Image, size: tuple[int, int], draft: int, factor: int) -> Picture:
+    """What a decoder gave of a file of this `size`, reduced by `draft`, reduced by `factor` more."""
     codes, count, opacity = _codes(upright)
     colour = _linear_means(codes, decode_table(count), opacity, factor)
     if len(colour) == 1:
         colour = colour.repeat(3, 0)
-    if lying:
-        width, height = height, width
     squares = draft * factor
     columns, rows = (
-        np.minimum(np.arange(number + 1) * squares, size).astype(np.float64)
-        for number, size in ((colour.shape[2], width), (colour.shape[1], height))
+        np.minimum(np.arange(number + 1) * squares, pixels).astype(np.float64)
+        for number, pixels in zip((colour.shape[2], colour.shape[1]), size, strict=True)
     )
     return Picture(colour, None if opacity is None else block_means(opacity, factor), columns, rows, squares)
 
@@ -126,7 +154,7 @@ def _open(content: bytes, max_pixels: int) -> Image.Image:
         raise PixelLimitError(
             f"expected at most {max_pixels} pixels, found {file.width} × {file.height} = {file.width * file.height}"
         )
-    if file.format in {"JPEG", "MPO"} and content.count(_START_OF_SCAN) > _MOST_SCANS:
+    if file.format in _DRAFTED and content.count(_START_OF_SCAN) > _MOST_SCANS:
         raise DamageError(
             f"expected a JPEG of at most {_MOST_SCANS} scans, found {content.count(_START_OF_SCAN)}: each takes as "
             "long as a picture"
@@ -137,8 +165,7 @@ def _open(content: bytes, max_pixels: int) -> Image.Image:
 def _turn(file: Image.Image) -> Image.Transpose | None:
     """How the picture is turned upright."""
     try:
-        # Elsewhere than in a JPEG the tag may stand behind the pixels.
-        if file.format not in {"JPEG", "MPO"}:
+        if file.format not in _DRAFTED:
             _loaded(file)
         orientation = file.getexif().get(_EXIF_ORIENTATION)
     except DamageError:

@@ -2,13 +2,14 @@
 
 import logging
 import math
+from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imaging.cutout import cut_out
-from imaging.decoding import Picture, decode, part_of
+from imaging.decoding import Picture, PictureFile, part_of
 from imaging.errors import BackgroundError
 from imaging.foreground import LEAST_SHARE, MOST_SHARE
 from imaging.framing import Box, Frame, box_around, fitted, framed, looks_framed
@@ -38,13 +39,18 @@ class Prepared(NamedTuple):
     """It was framed already; or its object was told from the background by transparency, or by colour."""
 
 
+class _Cutout(NamedTuple):
+    picture: Picture
+    box: Box
+    method: Method
+
+
 def fit(content: bytes, frame: Frame, max_pixels: int) -> Prepared:
     """The whole picture in a file, which is framed already: fitted into the frame, black where it is transparent.
 
     Raises PictureError where the file cannot be decoded.
     """
-    picture = _decoded(content, frame, max_pixels)
-    return Prepared(fitted(picture, frame), "framed")
+    return Prepared(fitted(_seen(PictureFile(content, max_pixels), frame), frame), "framed")
 
 
 def prepare(content: bytes, frame: Frame, max_pixels: int, keep_framed: bool) -> Prepared:
@@ -56,29 +62,56 @@ def prepare(content: bytes, frame: Frame, max_pixels: int, keep_framed: bool) ->
     Raises PictureError where the file cannot be decoded; BackgroundError where the object cannot be told from what is
     around it, or is tiny.
     """
-    picture = _decoded(content, frame, max_pixels)
+    (prepared,) = prepare_all(content, (frame,), max_pixels, keep_framed)
+    return prepared
+
+
+def prepare_all(content: bytes, frames: Sequence[Frame], max_pixels: int, keep_framed: bool) -> list[Prepared]:
+    """`prepare` for several frames, which share what they have in common. Raises as it does."""
+    file, known = PictureFile(content, max_pixels), dict[tuple[int, int], _Cutout]()
+    return [_prepared(file, frame, keep_framed, known) for frame in frames]
+
+
+def _prepared(file: PictureFile, frame: Frame, keep_framed: bool, known: dict[tuple[int, int], _Cutout]) -> Prepared:
+    """As `prepare`. What is cut out of the file is `known` by how far the file is reduced: to tell the object, and to
+    cut it out."""
+    picture = _seen(file, frame)
     if keep_framed and picture.opacity is None and looks_framed(picture, frame):
         return Prepared(fitted(picture, frame), "framed")
-    cutout, method = _alone(picture)
-    box = _box(cutout)
+    from_afar = picture.factor, picture.factor
+    if from_afar not in known:
+        known[from_afar] = _cut_out(picture)
+    cutout = known[from_afar]
     # An object that is small in its picture has more detail in the file.
-    factor = max(1, int(box.diagonal / (_LEAST_DETAIL * frame.diagonal)))
+    factor = max(1, int(cutout.box.diagonal / (_LEAST_DETAIL * frame.diagonal)))
     if factor < picture.factor:
-        width, height = int(picture.columns[-1]) // factor, int(picture.rows[-1]) // factor
-        closer = _around(decode(content, width, height, max_pixels), box)
-        try:
-            cutout, _ = _alone(closer)
-            box = _box(cutout)
-        except BackgroundError as error:
-            # Close by there may be too little background to judge by; from afar there was enough.
-            logger.debug("an object of %.0f pixels is taken as seen from afar: %s", box.diagonal, error)
-    return Prepared(framed(cutout, box, frame), method)
+        if (picture.factor, factor) not in known:
+            known[picture.factor, factor] = _closer(file, picture, factor, cutout)
+        cutout = known[picture.factor, factor]
+    return Prepared(framed(cutout.picture, cutout.box, frame), cutout.method)
 
 
-def _decoded(content: bytes, frame: Frame, max_pixels: int) -> Picture:
+def _seen(file: PictureFile, frame: Frame) -> Picture:
     """A picture file with as much detail as the frame shows. Raises PictureError where it cannot be decoded."""
-    width, height = (math.ceil(_DETAIL * frame.zoom * side) for side in (frame.width, frame.height))
-    return decode(content, width, height, max_pixels)
+    return file.reduced(*(math.ceil(_DETAIL * frame.zoom * side) for side in (frame.width, frame.height)))
+
+
+def _cut_out(picture: Picture) -> _Cutout:
+    """Raises BackgroundError where the object cannot be told, or is tiny."""
+    alone, method = _alone(picture)
+    return _Cutout(alone, _box(alone), method)
+
+
+def _closer(file: PictureFile, picture: Picture, factor: int, cutout: _Cutout) -> _Cutout:
+    """What was cut out of a picture, cut out once more of the file, reduced by no more than `factor`."""
+    width, height = int(picture.columns[-1]) // factor, int(picture.rows[-1]) // factor
+    part = _around(file.reduced(width, height), cutout.box)
+    try:
+        return _cut_out(part)._replace(method=cutout.method)
+    except BackgroundError as error:
+        # Close by there may be too little background to judge by; from afar there was enough.
+        logger.debug("an object of %.0f pixels is taken as seen from afar: %s", cutout.box.diagonal, error)
+        return cutout
 
 
 def _alone(picture: Picture) -> tuple[Picture, Method]:

@@ -5,8 +5,8 @@ from typing import Final
 
 from imaging.decoding import pixels_in
 from imaging.errors import BackgroundError, DamageError, FormatError, PictureError, PixelLimitError
-from imaging.framing import frame_of
-from imaging.preparation import Prepared, prepare
+from imaging.framing import Frame, frame_of
+from imaging.preparation import Prepared, prepare_all
 from service.errors import ImageError, ImageFormatError, ImageTooLargeError
 
 _KNOWN_FORMATS: Final = "send a PNG, JPEG, WebP, BMP or GIF file"
@@ -35,8 +35,17 @@ def read_picture(
         ImageError: the file is empty, damaged or cut off, or its object cannot be told from its background.
     """
     frame = frame_of(width, height, distance, field_of_view_degrees, zoom)
+    (prepared,) = read_pictures(content, (frame,), max_pixels, keep_framed)
+    return prepared
+
+
+def read_pictures(content: bytes, frames: Sequence[Frame], max_pixels: int, keep_framed: bool = True) -> list[Prepared]:
+    """The picture in a file as several models see it: decoded and cut out once where they need the same detail.
+
+    Raises as `read_picture` does.
+    """
     try:
-        return prepare(content, frame, max_pixels, keep_framed)
+        return prepare_all(content, frames, max_pixels, keep_framed)
     except PictureError as error:
         raise _answered(error) from error
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from pydantic_core import to_jsonable_python
 
+from imaging.framing import Frame, frame_of
 from imaging.preparation import Prepared
 from service.answer import Answer, Form, milliseconds
 from service.errors import ImageError, StrangeImageError
@@ -13,9 +14,8 @@ from service.explanation import MOST_STRANGE, category_probabilities, out_of_cla
 from service.exposure import Blocks, used_part
 from service.findings import View, report_reconstruction
 from service.glb import write_glb
-from service.image import check_pixels, read_picture
+from service.image import check_pixels, read_pictures
 from service.inference import Array, Engine, Posterior, Surface, decode, encode, pool
-from service.manifest import Camera, Picture
 from service.overlay import enlargement, overlay_png
 from service.refinement import AS_ENCODED, Effort, improve
 from service.report import RefinementReport, Report
@@ -56,16 +56,14 @@ def reconstruct(
         check_pixels(contents, max_pixels)
     refining = ("refine",) if effort.iterations else ()
     seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", *refining, form), 0.0)
-    candidates: dict[str, Candidate] = {}
-    pictures: dict[tuple[Picture, Camera], tuple[Prepared, ...]] = {}
-    for engine in engines:
-        # Models that see with the same camera share what was read.
-        seen = engine.manifest.picture, engine.manifest.camera
-        if seen not in pictures:
-            began = perf_counter()
-            pictures[seen] = tuple(_read(engine, content, max_pixels, 1) for content in contents)
-            seconds["picture"] += perf_counter() - began
-        candidates[engine.manifest.category] = _try(engine, pictures[seen], seconds)
+    began = perf_counter()
+    frames = tuple(dict.fromkeys(_frame(engine) for engine in engines))
+    read = [dict(zip(frames, read_pictures(content, frames, max_pixels), strict=True)) for content in contents]
+    seconds["picture"] += perf_counter() - began
+    candidates = {
+        engine.manifest.category: _try(engine, tuple(seen[_frame(engine)] for seen in read), seconds)
+        for engine in engines
+    }
     probabilities = category_probabilities({name: candidate.errors for name, candidate in candidates.items()})
     told = probabilities if len(engines) > 1 else None
     reports = ((candidates[name], _report(candidates[name], told, hypotheses)) for name in probabilities)
@@ -117,13 +115,11 @@ def _refined(candidate: Candidate, effort: Effort) -> tuple[Candidate, Refinemen
     return new, RefinementReport(better.iterations, before, after)
 
 
-def _read(engine: Engine, content: bytes, max_pixels: int, scale: int) -> Prepared:
-    """A picture as the model sees it, or `scale` times as large."""
+def _frame(engine: Engine, scale: int = 1) -> Frame:
+    """Where the model expects objects in its pictures, or in pictures `scale` times as large."""
     size, camera = engine.manifest.picture, engine.manifest.camera
     width, height = scale * size.width, scale * size.height
-    return read_picture(
-        content, width, height, max_pixels, camera.distance, camera.field_of_view_degrees, zoom=size.zoom
-    )
+    return frame_of(width, height, camera.distance, camera.field_of_view_degrees, size.zoom)
 
 
 def _report(
@@ -179,7 +175,7 @@ def _png(candidate: Candidate, content: bytes, max_pixels: int) -> bytes:
     seen = candidate.pictures[0]
     picture = seen.picture.repeat(scale, 1).repeat(scale, 2)
     try:
-        closer = _read(engine, content, max_pixels, scale)
+        (closer,) = read_pictures(content, (_frame(engine, scale),), max_pixels)
     except ImageError:
         # Looked at more closely, its background may be too restless to be told from the object.
         closer = seen

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import imaging.preparation
+from imaging.cutout import cut_out
 from imaging.errors import BackgroundError, PictureError
 from imaging.framing import frame_of
-from imaging.preparation import fit, prepare
+from imaging.preparation import fit, prepare, prepare_all
 from imaging.srgb import encode
 from tests.imaging.conftest import Encoded
 from tests.imaging.photographs import (
@@ -34,6 +36,23 @@ CHAIR = cutout("chair", 3, 0.6, 0.8, (0.05, -0.03))
 def difference(one: np.ndarray, other: np.ndarray) -> float:
     """Relative to all light."""
     return float(np.abs(one - other).sum() / other.sum())
+
+
+@pytest.mark.parametrize("size", [0.25, 0.9], ids=["small in its picture", "large"])
+@pytest.mark.parametrize("quality", [None, 90], ids=["PNG", "JPEG"])
+def test_several_frames_share_work_and_get_what_each_gets_alone(
+    size: float, quality: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = [frame_of(64, 48, 2.0, 30.0, zoom) for zoom in (1.0, 1.1, 1.3, 1.31, 1.6)] + [FRAME]
+    content = photographed(before(cutout("car", 2, 0.9, size), plain(1, 1, 1)), 0, quality)
+    told = []
+    monkeypatch.setattr(imaging.preparation, "cut_out", lambda picture: told.append(picture) or cut_out(picture))
+    alone = [prepare(content, frame, MANY, True) for frame in frames]
+    told_alone = len(told)
+    for one, together in zip(alone, prepare_all(content, frames, MANY, True), strict=True):
+        assert one.method == together.method == "background"
+        np.testing.assert_array_equal(one.picture, together.picture)
+    assert len(told) - told_alone < told_alone
 
 
 @pytest.mark.parametrize("frame", [FRAME, SMALL], ids=["128 × 96", "64 × 48"])

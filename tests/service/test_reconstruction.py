@@ -1,21 +1,21 @@
 """Pictures of one object, several models, and what no model explains: without HTTP."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import service.reconstruction
+from imaging.framing import Frame
 from imaging.preparation import Prepared
 from imaging.srgb import decode_table
 from service.bundle import read_bundle
 from service.errors import ImageError, ImageTooLargeError, StrangeImageError
-from service.image import read_picture
+from service.image import read_picture, read_pictures
 from service.inference import Engine, decode, encode, load_engine, pool
 from service.manifest import Errors, HeldOut
 from service.reconstruction import reconstruct
@@ -186,12 +186,12 @@ def test_the_overlay_shows_the_mesh_over_the_picture(engine: Engine, views: list
 def test_a_picture_that_is_only_plain_from_afar_is_shown_as_the_model_saw_it(
     engine: Engine, views: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def read_small(content: bytes, width: int, *rest: Any, **more: Any) -> Prepared:
-        if width > 64:
+    def read_small(content: bytes, frames: Sequence[Frame], max_pixels: int) -> list[Prepared]:
+        if any(frame.width > 64 for frame in frames):
             raise ImageError("expected a plain background, found many colours")
-        return read_picture(content, width, *rest, **more)
+        return read_pictures(content, frames, max_pixels)
 
-    monkeypatch.setattr(service.reconstruction, "read_picture", read_small)
+    monkeypatch.setattr(service.reconstruction, "read_pictures", read_small)
     with Image.open(io.BytesIO(reconstruct([engine], views[:1], MANY, "png").content)) as shown:
         assert shown.size == (512, 384)
         assert max(high for _, high in shown.getextrema()) > 50
