@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-ceilings bench-parsimony bench-cutouts bench-refinement bench-training fuzz
+	bench-automatic bench-rendering bench-judging bench-ceilings bench-parsimony bench-cutouts bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -105,6 +105,13 @@ bench-cutouts: install  ## what it costs accuracy that an object had to be cut o
 
 bench-automatic: install  ## which category `auto` names, asked about objects of each class (docs/results/auto.json; about 2 minutes)
 	$(BIN)/python -m benchmarks.automatic
+
+bench-rendering: install  ## training pictures rendered a second, each class (benchmarks/rendering.json; about 12 minutes)
+	$(BIN)/python -m benchmarks.rendering
+
+MESHES ?= ../shared/meshes
+bench-judging: install  ## how long the judge takes for 100 of the mesh files in MESHES (benchmarks/judging.json; about 3 minutes)
+	$(BIN)/python -m benchmarks.judging --meshes $(MESHES)
 
 bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where the time goes (benchmarks/training.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.training

@@ -186,9 +186,11 @@ def test_seeds(category: str) -> None:
     assert said in section("What made the difference")
 
 
-@pytest.mark.parametrize(("row", "where"), [("sixth day, onto the disk", "disk"), ("sixth day, into memory", "memory")])
+@pytest.mark.parametrize(
+    ("row", "where"), [("in memory", "/dev/shm (tmpfs)"), ("`/tmp`", "/tmp (ext4)"), ("`out`", "out (ext4)")]
+)
 def test_how_fast_pictures_are_drawn(row: str, where: str) -> None:
-    rates = figures("docs/results/rendering-files.json")[where]
+    rates = figures("benchmarks/rendering.json")["medians"][where]
     text = section("Pictures and judging, in seconds")
-    classes = re.findall(r"\w+", text.split("\n| first day ")[0].splitlines()[-2])
+    classes = re.findall(r"\w+", text.split("\n| in memory ")[0].splitlines()[-2])
     assert dict(zip(classes, rows(text)[row], strict=True)) == {name: f"{rate:,}" for name, rate in rates.items()}
