@@ -11,6 +11,7 @@ from types import FrameType
 from typing import Final
 
 import uvicorn
+from threadpoolctl import threadpool_limits
 
 from service.app import create_app
 from service.catalogue import Catalogue, read_catalogue
@@ -23,6 +24,9 @@ _LEAVING_SECONDS: Final = 25
 
 def serve(listener: socket.socket, catalogue: Catalogue, settings: Settings) -> None:
     """Answers until SIGINT or SIGTERM; then takes no more, finishes what came until then, and raises SystemExit(0)."""
+    # Requests share the cores, and each computes on one. numpy's BLAS would wake a thread on every core for each of the
+    # small products of a request, and let them wait there for the next one.
+    threadpool_limits(1, "blas")
     app = create_app(catalogue, settings)
     config = uvicorn.Config(
         app,
