@@ -19,11 +19,17 @@ def lowest(plane: NDArray[np.bool_], radius: int) -> NDArray[np.bool_]:
 
 
 def _highest_above(plane: NDArray[Kind], radius: int) -> NDArray[Kind]:
-    result = plane.copy()
-    for offset in range(1, radius + 1):
-        np.maximum(result[offset:], plane[:-offset], out=result[offset:])
-        np.maximum(result[:-offset], plane[offset:], out=result[:-offset])
-    return result
+    """The highest value of each column's stretches of 2 radius + 1, each from the highest of two that are shorter."""
+    length, whole = 1, 2 * radius + 1
+    if not len(plane):
+        return plane
+    # The outermost rows lie in every stretch that their copies lie in.
+    found: NDArray[Kind] = plane[np.arange(-radius, len(plane) + radius).clip(0, len(plane) - 1)]
+    while length < whole:
+        step = min(length, whole - length)
+        found = np.maximum(found[:-step], found[step:])
+        length += step
+    return found
 
 
 def total(planes: NDArray[np.float32], radius: int) -> NDArray[np.float32]:

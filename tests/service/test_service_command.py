@@ -73,6 +73,29 @@ def test_a_signal_stops_it_cleanly(bundle_directory: Path, stop: signal.Signals)
     assert (process.returncode, log) == (0, "")
 
 
+def test_a_request_is_computed_on_one_core(bundle_directory: Path) -> None:
+    program = """
+import sys, threadpoolctl, uvicorn
+from service.__main__ import main
+
+def threads():
+    return {pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"}
+
+before = threads()
+uvicorn.Server.run = lambda server, sockets: print(before, threads())
+sys.exit(main())
+"""
+    result = subprocess.run(
+        [sys.executable, "-c", program, "--port", "0", "--models", str(bundle_directory)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "2"},
+    )
+    assert result.stdout.splitlines()[-1] == ("{1} {1}" if os.cpu_count() == 1 else "{2} {1}")
+
+
 def test_answers_on_an_open_connection_are_not_held_back(client: httpx.Client) -> None:
     """The kernel would wait 40 ms for the client to confirm an answer's head before it sends the body, each time."""
 
