@@ -1,6 +1,6 @@
 """A picture of a mesh on black, from its screen coordinates and the colours of its vertices."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from service.rendering.coverage import cover
 
 Floats = NDArray[np.float64]
+
+_MOST_SAMPLES: Final = 1 << 16
+"""Drawn at once: larger pictures take shape in bands. All 786,000 samples of one for people took 50 MiB more."""
 
 
 class Drawing(NamedTuple):
@@ -23,8 +26,12 @@ def draw(screen: Floats, colours: Floats, faces: NDArray[np.int64], width: int, 
 
     Each pixel is the mean of `samples`² points on a regular grid. Colours are interpolated on the surface.
     """
-    colour, coverage = draw_all(screen[None], colours[None], faces, width, height, samples)
-    return Drawing(colour[0], coverage[0])
+    rows = max(1, _MOST_SAMPLES // (width * samples**2))
+    bands = [
+        draw_all(screen[None] - (0, top, 0), colours[None], faces, width, min(rows, height - top), samples)
+        for top in range(0, height, rows)
+    ]
+    return Drawing(*(np.concatenate([band[plane][0] for band in bands], -2) for plane in range(2)))
 
 
 def draw_all(

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import torch
 
+import service.rendering.picture
 from rasteriser.topology import build_topology
 from service.inference import Engine, Surface, decode, sample_shape_code
 from service.manifest import Light
-from service.rendering.picture import draw
+from service.rendering.picture import draw, draw_all
 from service.rendering.projection import project
 from service.rendering.shading import shade
 from trainer.config import CameraConfig, DirectionalLight, SceneConfig
@@ -73,6 +74,20 @@ def test_the_trainers_renderer_sees_the_same(
 def test_without_lights_there_is_ambient_light(engine: Engine, surface: Surface) -> None:
     colours = shade(surface.normals, 0.3, 0.0, (), (0.1, 0.2, 0.3))
     np.testing.assert_array_equal(colours, np.tile((0.1, 0.2, 0.3), (len(surface.normals), 1)))
+
+
+@pytest.mark.parametrize("most", [1, 5 * WIDTH * 4, WIDTH * HEIGHT * 4])
+def test_bands_make_the_whole_picture(
+    engine: Engine, surface: Surface, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = engine.manifest
+    screen = project(surface.vertices, 0.7, manifest.camera, WIDTH, HEIGHT)
+    colours = shade(surface.normals, 0.7, 0.0, manifest.lights, manifest.ambient)
+    whole = draw_all(screen[None], colours[None], engine.faces, WIDTH, HEIGHT, 2)
+    monkeypatch.setattr(service.rendering.picture, "_MOST_SAMPLES", most)
+    drawn = draw(screen, colours, engine.faces, WIDTH, HEIGHT, 2)
+    np.testing.assert_allclose(drawn.colour, whole.colour[0], atol=1e-12)
+    np.testing.assert_array_equal(drawn.coverage, whole.coverage[0])
 
 
 def test_what_is_behind_the_camera_is_brought_before_it(engine: Engine) -> None:
