@@ -86,9 +86,17 @@ EITHER_WAY = {
 AIRPLANE = Model("airplane", "airplane", preset="sharp", steps=2400, options=("--loss.moved-steps", "1500"))
 MODELS = (
     *({**FURNITURE, **SHARP, **EITHER_WAY, "airplane": AIRPLANE}.get(name) or Model(name, name) for name in CATEGORIES),
-    Model("car-varying-light", "car", rotate_lights=True, candidates=CARS, options=("--model.light", "varying")),
-    # White light tells less of front and back, and seeds differ: this one was better than 0 on validation pictures.
-    Model("car-white-light", "car", rig="white", candidates=CARS, options=("--seed", "1")),
+    Model(
+        "car-varying-light",
+        "car",
+        rotate_lights=True,
+        candidates=CARS,
+        preset="sharp",
+        steps=1500,
+        options=("--model.light", "varying"),
+    ),
+    # White light tells less of front and back, and seeds differ: on validation pictures this one was better than 1.
+    Model("car-white-light", "car", rig="white", candidates=CARS, preset="sharp", steps=1500),
 )
 
 
