@@ -82,6 +82,8 @@ SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car",
 EITHER_WAY = {
     name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("bathtub", "jar", "lamp", "pot")
 }
+# Of the seeds 0, 1 and 2, on validation pictures.
+EITHER_WAY["bathtub"] = replace(EITHER_WAY["bathtub"], options=(*EARLY, "--seed", "1"))
 # Wings may be before or behind the middle.
 AIRPLANE = Model("airplane", "airplane", preset="sharp", steps=2400, options=("--loss.moved-steps", "1500"))
 MODELS = (
