@@ -194,3 +194,11 @@ def test_how_fast_pictures_are_drawn(row: str, where: str) -> None:
     text = section("Pictures and judging, in seconds")
     classes = re.findall(r"\w+", text.split("\n| in memory ")[0].splitlines()[-2])
     assert dict(zip(classes, rows(text)[row], strict=True)) == {name: f"{rate:,}" for name, rate in rates.items()}
+
+
+def test_how_long_judging_takes() -> None:
+    found = figures("benchmarks/judging.json")
+    assert "for 100 meshes in 24 views each, aligned by 200 pictures" in found["what"]
+    said = re.search(r"takes (\d+) s \(`make bench-judging`", section("Pictures and judging, in seconds"))
+    assert said
+    assert int(said[1]) == round(found["median"])
