@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from imaging.srgb import encode
+from imaging.srgb import FIRST_INTENSITY, encode
 from trainer.config import SceneConfig
 from trainer.data.picture import draw
-from trainer.data.png import encode_png
+from trainer.data.png import encode_png, srgb_codes
 from trainer.data.shapes.catalogue import make_shape
 
 
@@ -21,6 +21,13 @@ def test_pillow_reads_every_code(size: tuple[int, int]) -> None:
     with Image.open(io.BytesIO(encode_png(codes))) as picture:
         assert (picture.format, picture.mode, picture.info) == ("PNG", "RGB", {"srgb": 0})
         np.testing.assert_array_equal(np.asarray(picture), codes)
+
+
+def test_codes_are_those_that_imaging_gives() -> None:
+    below, above = (np.nextafter(FIRST_INTENSITY, np.float32(to)) for to in (-1, 2))
+    random = np.random.default_rng(0).uniform(-0.2, 1.2, 30_000).astype(np.float32)
+    linear = np.concatenate((FIRST_INTENSITY, below, above, random)).reshape(-1, 16, 3)
+    np.testing.assert_array_equal(srgb_codes(linear), encode(linear))
 
 
 @pytest.mark.parametrize("category", ["car", "chair"])
