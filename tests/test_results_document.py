@@ -202,3 +202,27 @@ def test_how_long_judging_takes() -> None:
     said = re.search(r"takes (\d+) s \(`make bench-judging`", section("Pictures and judging, in seconds"))
     assert said
     assert int(said[1]) == round(found["median"])
+
+
+@pytest.mark.parametrize("load", figures("benchmarks/service.json")["loads"], ids=lambda load: f"{load['clients']}")
+def test_how_fast_the_service_answers(load: dict[str, Any]) -> None:
+    answered, graphs = load["service"], load["graphs_one_thread"]
+    assert rows(section("The service"))[str(load["clients"])] == [
+        f"{answered['p50_ms']:.1f} ms",
+        f"{answered['p99_ms']:.0f} ms",
+        f"{answered['per_second']:.0f}",
+        f"{graphs['p50_ms']:.2f} ms",
+    ]
+    assert set(answered["outcomes"]) == {"right"}
+
+
+def test_how_the_service_fares_for_long() -> None:
+    found = figures("benchmarks/service_soak.json")
+    long, overload = found["long"], found["overload"]
+    assert long["outcomes"] == {"right": 100_000}
+    assert set(overload["outcomes"]) == {"right", "429 with Retry-After"}
+    said = section("The service")
+    assert f"{long['per_second']:.0f} a second came" in said
+    assert f"memory grew by {long['mebibytes_per_100000_requests']:.1f} MiB" in said
+    assert f"{overload['offered_per_second']:.0f} a second: {overload['served_per_second']:.0f} were answered" in said
+    assert f"{overload['served_p99_ms']:.0f} ms at most" in said
