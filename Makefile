@@ -85,7 +85,7 @@ bench-render: $(VENV)/.bench  ## the renderer beside DEODR and Mitsuba 3 (benchm
 bench-service: $(VENV)/.bench  ## the service beside its two ONNX graphs alone (benchmarks/service.json and .png; about 3 minutes)
 	$(BIN)/python -m benchmarks.service --models $(MODELS)
 
-bench-soak: $(VENV)/.bench  ## the service under load for long: 64 clients, twice its capacity, 100,000 requests (benchmarks/service_soak.json)
+bench-soak: $(VENV)/.bench  ## the service under load for long: 64 clients, twice its capacity, 100,000 requests (benchmarks/service_soak.json; about 20 minutes)
 	$(BIN)/python -m benchmarks.service_soak --models $(MODELS)
 
 fuzz: $(VENV)/.bench  ## 100,000 more executions of a coverage-guided fuzzer on pictures and bundles (docs/results/fuzz.json)
