@@ -47,8 +47,8 @@ def main() -> None:
     chosen = [found[index * len(found) // options.count] for index in range(options.count)]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        (folder / "meshes").mkdir()
         for number, file in enumerate(chosen):
-            (folder / "meshes").mkdir(exist_ok=True)
             shutil.copy(file, folder / "meshes" / f"{number:03}{file.suffix}")
         run("render", "--class", "car", "--instances", options.validation_objects, "--output", folder / "validation")
         seconds = [judged(options.bundle, folder) for _ in range(options.repeats)]
