@@ -54,24 +54,17 @@ class Setting:
     code_rate: float = 0.03
     code_noise: float = 0.0
     """Standard deviation of what is added to a code whenever it is decoded."""
-    laplacian_weight: float = LossConfig.laplacian_weight
 
 
 FREE = Setting()
-MIRRORED = replace(FREE, model=ModelConfig(symmetry="mirror"))
 SETTINGS = {
     "as it is": FREE,
     "1,000 objects, 12 views": replace(FREE, objects=1000, views=12),
     "noise 0.3": replace(FREE, code_noise=0.3),
     "hidden 128": replace(FREE, model=ModelConfig(hidden=128)),
-    "mirror": MIRRORED,
-    "mirror, noise 0.3": replace(MIRRORED, code_noise=0.3),
-    "mirror, Laplacian 4": replace(MIRRORED, laplacian_weight=4.0),
-    "mirror, decoder rate 0.01": replace(MIRRORED, decoder_rate=0.01),
-    "mirror, code rate 0.1": replace(MIRRORED, code_rate=0.1),
-    "mirror, hidden 128": replace(MIRRORED, model=ModelConfig(symmetry="mirror", hidden=128)),
-    "mirror, hidden 512": replace(MIRRORED, model=ModelConfig(symmetry="mirror", hidden=512)),
-    "mirror, 8,000 steps": replace(MIRRORED, steps=8000),
+    "mirror": replace(FREE, model=ModelConfig(symmetry="mirror")),
+    "mirror, hidden 128": replace(FREE, model=ModelConfig(symmetry="mirror", hidden=128)),
+    "mirror, hidden 512": replace(FREE, model=ModelConfig(symmetry="mirror", hidden=512)),
 }
 
 
@@ -112,7 +105,7 @@ def learnt(category: str, setting: Setting) -> tuple[float, float]:
     images = torch.from_numpy(decode_table()[np.stack(pictures).transpose(0, 3, 1, 2)])
     model = Model(setting.model, SCENE.width, SCENE.height)
     codes = nn.Parameter(torch.randn(setting.objects, setting.model.latent))
-    loss = LossConfig(kl_cooling_steps=setting.steps / 5, laplacian_weight=setting.laplacian_weight)
+    loss = LossConfig(kl_cooling_steps=setting.steps / 5)
     geometry, rates = fixed_geometry(model, SCENE, loss), OptimiserConfig(steps=setting.steps, falling_share=0.3)
     optimiser = torch.optim.Adam([{"params": list(model.decoder.parameters())}, {"params": [codes]}])
     missing = []

@@ -57,8 +57,10 @@ def test_the_models_that_ship(name: str) -> None:
         *pose(test),
         f"{test['flipped']:.2f}",
         f"{test['azimuth_calibration_error']:.2f}",
+        f"{test['chamfer_distance']:.3f}",
         *shape(real),
         f"{real['objects']}",
+        f"{real['chamfer_distance']:.3f}",
     ]
 
 
