@@ -11,7 +11,7 @@ from trainer.training.checks import check_settings
 
 
 def test_the_presets_that_the_documentation_names_are_there() -> None:
-    assert {"best", "paper"} <= set(preset_names())
+    assert {"best", "detailed", "paper", "sharp"} <= set(preset_names())
 
 
 @pytest.mark.parametrize("name", preset_names())
