@@ -82,6 +82,24 @@ def test_how_far_such_meshes_can_come(name: str) -> None:
     assert told[:3] == [f"{CEILINGS[name]['subdivision']:.2f}", f"{CEILINGS[name]['full-block']:.2f}", shipped]
 
 
+@pytest.mark.parametrize(
+    ("row", "setting"),
+    [
+        ("1,000 chairs, each from 12 sides", "1,000 objects, 12 views"),
+        ("4,000 chairs, each from one side", "as it is"),
+        ("the same, noise of 0.3 on the codes", "noise 0.3"),
+        ("the same, a hidden layer of 128", "hidden 128"),
+        ("the same, mirrored shapes", "mirror"),
+        ("the same, mirrored, a hidden layer of 128", "mirror, hidden 128"),
+        ("the same, mirrored, a hidden layer of 512", "mirror, hidden 512"),
+    ],
+)
+def test_where_that_is_lost(row: str, setting: str) -> None:
+    found = figures("docs/results/free-codes.json")["found"][setting]
+    told = rows(section("How far such meshes can come"))[row]
+    assert told == [f"{found['iou']:.2f}", f"{found['missing_nats']:.0f} nats"]
+
+
 @pytest.mark.parametrize("name", REFINED)
 def test_a_longer_look(name: str) -> None:
     (encoded, refined), (real, real_refined) = (
