@@ -181,21 +181,31 @@ def sum_of_squares(levels, table, level):
 def picture_pyramid(picture, table, levels, half):
     """Writes the pyramid of one channel [H, W] into levels, where zeros lie beside all rows; returns Σ_l 4^l |K_l x|².
     That is not finite if the picture is not."""
-    rows, columns = picture.shape
-    for row in range(rows):
-        start, source = table[0, START] + row * table[0, STRIDE], picture[row]
-        # From 0 on, so that the compiler sees whole vectors.
-        into = levels[start : start + columns]
-        for column in range(columns):
-            into[column] = source[column]
-    total, weight = 0.0, 1.0
-    for level in range(len(table) - 1):
-        if level > 0:
-            above = (0, 0, table[level, COLUMNS], table[level, ROWS])
-            reduce_level(levels, table[level - 1, START], levels, table[level, START], table, level - 1, above, half)
-        total += weight * sum_of_squares(levels, table, level)
+    squares, weight = copied(picture, levels[table[0, START] :], table[0, STRIDE]), 4.0
+    for level in range(1, len(table) - 1):
+        above = (0, 0, table[level, COLUMNS], table[level, ROWS])
+        reduce_level(levels, table[level - 1, START], levels, table[level, START], table, level - 1, above, half)
+        squares += weight * sum_of_squares(levels, table, level)
         weight *= 4.0
-    return total
+    return squares
+
+
+@kernel(error_model="numpy", _nrt=False)
+def copied(picture, level, stride):
+    """Writes a picture [H, W] into rows of a level that lie `stride` apart; returns the sum of its squares."""
+    rows, columns = picture.shape
+    whole, squares = columns // WIDE * WIDE, 0.0
+    for row in range(rows):
+        source, into, in_row = picture[row], level[row * stride :], zeros_wide()
+        for column in range(0, whole, WIDE):
+            value = load_wide(source, column)
+            store(into, column, value)
+            in_row = in_row + value * value
+        squares += total(in_row)
+        for column in range(whole, columns):
+            into[column] = source[column]
+            squares += source[column] * source[column]
+    return squares
 
 
 @kernel(error_model="numpy", _nrt=False)
