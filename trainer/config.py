@@ -146,6 +146,10 @@ class LossConfig:
     """How many times as much that term weighs at the vertices of the base cube's underside, without its rim. A camera
     above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, and with 100 legs
     no longer part."""
+    e_step_centred_steps: int = 500
+    """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
+    told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back
+    can be told where they look nearly alike."""
     antialias: Literal["contours", "borders"] = "contours"
     """Where renderings, and so their gradients, are exact: at `contours`; or at all `borders` that show, also creases
     and lines where faces interpenetrate (truer, slower, and for cars no better)."""

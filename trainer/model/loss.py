@@ -34,6 +34,8 @@ class LossWeights(NamedTuple):
     laplacian: float
     moved: bool = False
     """Whether views are moved onto the pictures before the shape learns from them (`training.moving`)."""
+    e_step_fine: bool = False
+    """Whether the E-step compares poses at the encoder's fine angles, not at the centres of their bins."""
 
 
 class LossTerms(NamedTuple):

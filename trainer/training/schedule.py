@@ -23,6 +23,7 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         distillation=share * config.distillation_weight,
         laplacian=share * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
         moved=step < config.moved_steps,
+        e_step_fine=step >= config.e_step_centred_steps,
     )
 
 

@@ -94,12 +94,12 @@ def forward(
         responsibility = torch.ones_like(log_rho)
     elif config.objective == "exact":
         with torch.no_grad():
-            centred = hypotheses(
-                torch.zeros_like(azimuth_fine),
-                None if light_fine is None else torch.zeros_like(light_fine),
+            compared = hypotheses(
+                weights.e_step_fine * posterior.azimuth_fine_mean,
+                None if light is None else weights.e_step_fine * light.fine_mean,
                 moved=config.moved_steps > 0,
             )
-            responsibility = e_step(config, weights, centred, log_rho, images, geometry.topology)
+            responsibility = e_step(config, weights, compared, log_rho, images, geometry.topology)
     if responsibility is not None:
         expected = renderer.expected_log_likelihood(*views, images, responsibility, geometry.topology, crease, eta)
     else:
@@ -169,18 +169,18 @@ def coarse_log_rho(posterior: Posterior, known: Float[Tensor, "B R"] | None) -> 
 def e_step(
     config: LossConfig,
     weights: LossWeights,
-    centred: Views,
+    compared: Views,
     log_rho: Float[Tensor, "B R *L"],
     images: Float[Tensor, "B 3 H W"],
     topology: Topology,
 ) -> Float[Tensor, "B R *L"]:
-    """The posterior of the coarse bins, found at their centres.
+    """The posterior of the coarse bins, whose views are compared at their centres or at the encoder's fine angle.
 
-    Were the fine angle free here, a bin and its neighbour could explain a picture alike, and the encoder would never
+    Were the fine angle sampled here, a bin and its neighbour could explain a picture alike, and the encoder would never
     learn the fine angle. Bins differ by far more than what antialiasing changes.
     """
     crease = CREASES[config.antialias_e_step]
-    log_likelihood = renderer.log_likelihood(*centred, images, topology, crease, binarisation(config))
+    log_likelihood = renderer.log_likelihood(*compared, images, topology, crease, binarisation(config))
     evidence = log_likelihood / weights.temperature + weights.encoder_prior * log_rho
     whole = processes.whole(evidence)
     return balanced_posterior(whole, config.sinkhorn_iterations)[processes.share(len(whole))]

@@ -39,6 +39,11 @@ def test_they_begin_and_end_where_the_settings_say() -> None:
     assert (last.kl, last.laplacian, last.temperature, last.encoder_prior) == (3, 7, 20, 0.8)
 
 
+def test_poses_are_compared_at_the_fine_angle_once_bins_are_told_apart() -> None:
+    config = LossConfig(e_step_centred_steps=300)
+    assert [weights_at(config, step, 64, 48).e_step_fine for step in (0, 299, 300)] == [False, False, True]
+
+
 def test_what_weighs_sums_over_pixels_grows_with_their_number() -> None:
     """A quarter of the pixels makes a quarter of the log-likelihood. The encoder's ρ is a probability at any size."""
     whole, quarter = weights_at(CONFIG, 100, 128, 96), weights_at(CONFIG, 100, 64, 48)

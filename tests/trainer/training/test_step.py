@@ -9,15 +9,18 @@ from torch import Tensor
 
 from rasteriser.pictures import HARD
 from rasteriser.topology import Topology, build_topology
-from trainer.config import LossConfig, SceneConfig
+from trainer.config import LossConfig, ModelConfig, SceneConfig
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.loss import LossWeights
+from trainer.model.vae import Model
 from trainer.rendering import reference
 from trainer.rendering.camera import project
 from trainer.rendering.lighting import shade
-from trainer.training.step import e_step
-from trainer.training.views import Views
+from trainer.training import step
+from trainer.training.loop import fixed_geometry
+from trainer.training.step import e_step, forward
+from trainer.training.views import Views, bin_views
 
 PICTURES, BINS, ROUNDS = 4, 3, 5
 SCENE = SceneConfig(width=24, height=18)
@@ -75,3 +78,35 @@ def reference_pictures(screen: Tensor, colours: Tensor, faces: Tensor) -> Tensor
             for one, paint in zip(screen, colours, strict=True)
         ]
     )
+
+
+@pytest.mark.parametrize("light", ["fixed", "varying"])
+@pytest.mark.parametrize("fine", [False, True])
+def test_the_e_step_compares_poses_at_the_centres_of_bins_or_at_the_fine_angle(
+    monkeypatch: pytest.MonkeyPatch, light: Literal["fixed", "varying"], fine: bool
+) -> None:
+    compared: list[Views] = []
+
+    def watched(config: LossConfig, weights: LossWeights, views: Views, *others: Tensor | Topology) -> Tensor:
+        compared.append(views)
+        return e_step(config, weights, views, *others)
+
+    monkeypatch.setattr(step, "e_step", watched)
+    torch.manual_seed(0)
+    model = Model(ModelConfig(segments=2, light=light), SCENE.width, SCENE.height)
+    # Running means of the batch normalisation say then what the batch does, and no shape depends on its code.
+    model.eval()
+    for layer in model.decoder.hidden.parameters():
+        torch.nn.init.zeros_(layer)
+    images = torch.rand(PICTURES, 3, SCENE.height, SCENE.width)
+    config = LossConfig()
+    geometry, weights = fixed_geometry(model, SCENE, config), WEIGHTS._replace(e_step_fine=fine)
+    forward(model, geometry, SCENE, config, weights, images, None, torch.Generator().manual_seed(0))
+
+    posterior = model.encode(images)
+    assert posterior.azimuth_fine_mean.abs().min() > 1e-4
+    turned = None if posterior.light is None else fine * posterior.light.fine_mean
+    vertices = model.decode(posterior.shape_mean)
+    expected = bin_views(model, SCENE, vertices, fine * posterior.azimuth_fine_mean, turned)
+    torch.testing.assert_close(compared[0].screen, expected.screen)
+    torch.testing.assert_close(compared[0].colours, expected.colours)
