@@ -41,9 +41,8 @@ def main() -> int:
     for run, folder in zip(arguments.runs, arguments.pictures, strict=True):
         found[run.name] = told_apart(run, folder)
         for name, figures in found[run.name].items():
-            print(
-                f"{run.name:20} {name:32} within 30° {figures['azimuth_accuracy']:.3f}, flipped {figures['flipped']:.3f}"
-            )
+            right, flipped = figures["azimuth_accuracy"], figures["flipped"]
+            print(f"{run.name:20} {name:24} within 30° {right:.3f}, flipped {flipped:.3f}")
     text = {
         "command": shlex.join(["python", "-m", "benchmarks.evidence", *sys.argv[1:]]),
         "machine": machine(),
