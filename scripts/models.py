@@ -80,6 +80,8 @@ DETAILED = {
     for name in ("bench", "chair", "lamp")
 }
 SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
+# Of the seeds 0 and 1, on validation pictures.
+SHARP["rifle"] = replace(SHARP["rifle"], options=("--seed", "1"))
 EITHER_WAY = {name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("bathtub", "jar", "pot")}
 # Of the seeds 0, 1 and 2, on validation pictures.
 EITHER_WAY["bathtub"] = replace(EITHER_WAY["bathtub"], options=(*EARLY, "--seed", "1"))
