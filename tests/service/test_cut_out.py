@@ -97,7 +97,7 @@ def test_the_object_is_shown_where_the_mesh_is() -> None:
     scale, size, camera = enlargement(cars), cars.manifest.picture, cars.manifest.camera
     width, height = scale * size.width, scale * size.height
     set_by_rule, shown = [], []
-    for seed in range(4):
+    for seed in range(8):
         content = photograph("car", UNSEEN + seed, 0.5 + seed, margin=0.25)
         prepared = prepared_for(cars, content)
         posterior = encode(cars, prepared.picture)
@@ -106,8 +106,9 @@ def test_the_object_is_shown_where_the_mesh_is() -> None:
         with Image.open(io.BytesIO(reconstruct([cars], [content], MANY, "png").content)) as both:
             shown.append(_size(decode_table()[np.asarray(both)].max(-1) > 0.01) / mesh)
         set_by_rule.append(scale * _size(prepared.picture.max(0) > 0.01) / mesh)
-    assert np.abs(np.log(shown)).max() < 0.06
-    assert np.abs(np.log(set_by_rule)).max() > 0.08
+    # In the mean over cars: how well a single one is reconstructed is the model's affair.
+    assert np.abs(np.log(shown)).mean() < 0.04
+    assert np.abs(np.log(set_by_rule)).mean() > 0.06
 
 
 def _size(mask: np.ndarray) -> float:
