@@ -68,9 +68,10 @@ def test_every_model_that_ships_is_in_the_table() -> None:
     assert rows(section("The models that ship")).keys() == SHIPPED.keys()
 
 
-@pytest.mark.parametrize("name", sorted(set(SHIPPED) & set(REFINED)))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_the_readme_s_table(name: str) -> None:
-    told = rows((ROOT / "README.md").read_text())[name]
+    other_light = {"car-varying-light": "car, lights that turn", "car-white-light": "car, one white light"}
+    told = rows((ROOT / "README.md").read_text())[other_light.get(name, name)]
     test, real = SHIPPED[name]["test"], SHIPPED[name]["real_meshes"]
     assert told == [f"{test['iou']:.2f}", guesses(test), *pose(test), f"{real['iou']:.2f}", guesses(real)]
 
