@@ -101,8 +101,8 @@ MODELS = (
         steps=1500,
         options=("--model.light", "varying"),
     ),
-    # White light tells less of front and back, and seeds differ: when poses were compared at the centres of bins, this one
-    # was better than 1 on validation pictures.
+    # White light tells less of front and back, and seeds differ: while poses were compared at the centres of bins, this
+    # one was better than 1 on validation pictures.
     Model("car-white-light", "car", rig="white", candidates=CARS, preset="sharp", steps=1500),
 )
 
