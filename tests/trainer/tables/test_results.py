@@ -50,7 +50,7 @@ def test_an_ablation_compares_without_the_paper() -> None:
     table = load_table("ablation")
     iou = dict.fromkeys((row.name for row in table.rows), 0.5) | {"recipe": 0.6}
     found = results(table, iou, (0, 1, 2))
-    assert [(one.paper, one.verdict) for one in orderings_of(table, found)] == [(None, "found")] * 8
+    assert [(one.paper, one.verdict) for one in orderings_of(table, found)] == [(None, "found")] * 9
     study = Study(Path("out"), "sharp", load_preset("sharp"), 4000, 100, 6, None)
     page = as_markdown(table, study, ("car", "chair"), found, ())
     assert "## What each is worth" in page
