@@ -65,7 +65,7 @@ def test_the_ablation_changes_the_default_preset() -> None:
     assert changed["recipe"] == recipe
     assert all(config != recipe for name, config in changed.items() if name != "recipe")
     brief = load_preset(str(ROOT / "benchmarks/brief.toml"))
-    short = replace(load_preset("quick").optimiser, steps=400, decoder_factor=4.0, falling_share=0.5)
+    short = replace(load_preset("quick").optimiser, steps=300, decoder_factor=4.0, falling_share=0.5)
     assert brief == replace(load_preset("quick"), zoom=0, optimiser=short)
     paper = load_preset("paper-small")
     optimiser = replace(paper.optimiser, steps=recipe.optimiser.steps)
