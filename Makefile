@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-parsimony bench-cutouts bench-refinement bench-training fuzz
+	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -96,6 +96,9 @@ bench-ceilings: install  ## how far meshes of each kind can come at all (docs/re
 
 bench-free-codes: install  ## what holds shapes back when neither poses nor the encoder do (docs/results/free-codes.json; about 10 minutes)
 	$(BIN)/python -m benchmarks.free_codes
+
+bench-learning: install  ## accuracy over training time, the paper's objective beside ours (docs/results/learning.json; about 20 minutes)
+	$(BIN)/python -m benchmarks.learning
 
 bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost and save (docs/results/parsimony.json)
 	$(BIN)/python -m benchmarks.parsimony
