@@ -10,113 +10,74 @@ import numpy as np
 
 from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING, plane_value
-from rasteriser.pieces import AT_COLUMN, AT_EDGE, AT_ROW, AT_VERTEX
+from rasteriser.pieces import AT_COLUMN, AT_EDGE, AT_SEGMENT, AT_VERTEX
 from rasteriser.segments import CROSSING
 
 
 @kernel(error_model="numpy", _nrt=False, inline="always")
-def perimeter_position(x, y):
-    """Where the ray from the centre of the unit square through (x, y) leaves it: side k has the positions k ± 1/2,
-    counter-clockwise from the right."""
-    if abs(x) >= abs(y):
-        if x == 0.0:
-            return 0.0
-        return 0.5 * y / x + (0.0 if x > 0 else 2.0)
-    return -0.5 * x / y + (1.0 if y > 0 else 3.0)
+def face_of(codes, piece, which):
+    """The first or the second face at a piece, and the sign of what it adds: that on this side less, that beyond more.
+
+    Where there is one face only, it is the first, on whichever side: so the processor learns to expect it.
+    """
+    here, beyond = codes[piece, 2], codes[piece, 3]
+    if which == 0:
+        return (here, -1.0) if here != NOTHING else (beyond, 1.0)
+    return (beyond, 1.0) if here != NOTHING else (NOTHING, 1.0)
 
 
 @kernel(error_model="numpy", _nrt=False, inline="always")
-def swept_moment(position):
-    """First moments of the part of the square that a ray sweeps from the lower right corner up to a position."""
-    if position < 0.5 or position >= 3.5:
-        s = position if position < 0.5 else position - 4.0
-        return (s + 0.5) / 12.0, (s * s - 0.25) / 12.0
-    if position < 1.5:
-        s = position - 1.0
-        return (1.0 - (s * s - 0.25)) / 12.0, (s + 0.5) / 12.0
-    if position < 2.5:
-        s = position - 2.0
-        return (1.0 - (s + 0.5)) / 12.0, (1.0 - (s * s - 0.25)) / 12.0
-    s = position - 3.0
-    return (s * s - 0.25) / 12.0, (1.0 - (s + 0.5)) / 12.0
-
-
-@kernel(error_model="numpy", _nrt=False, inline="always")
-def shadow_of(ax, ay, bx, by):
-    """Area and first moments of the part of the unit square around the origin behind the segment a b."""
-    cross = ax * by - ay * bx
-    turn = 1.0 if cross > 0.0 else -1.0
-    start, end = perimeter_position(ax, ay), perimeter_position(bx, by)
-    swept = abs(end - start)
-    start_x, start_y = swept_moment(start)
-    end_x, end_y = swept_moment(end)
-    triangle = abs(cross) / 6.0
-    return (
-        min(swept, 4.0 - swept) / 4.0 - abs(cross) / 2.0,
-        turn * (end_x - start_x) - triangle * (ax + bx),
-        turn * (end_y - start_y) - triangle * (ay + by),
-    )
-
-
-@kernel(error_model="numpy", _nrt=False, inline="always")
-def face_integral(planes, boxes, face, x, y, channel, channels, area, moment_x, moment_y):
-    """∫ colour of a face over a shadow whose moments are about (x, y), of one channel; 0 where there is no face.
+def face_integral(planes, boxes, face, x, y, area, moment_x, moment_y, channels):
+    """∫ colour of a face over a shadow whose moments are about (x, y), as (k, p, q, r): that of channel c is the
+    `product` of these three and the plane k + c.
 
     The colour is taken as linear: tangent to the true one at (x, y) where the face's plane has a depth there that
     occurs on the face; elsewhere as between the face's corners.
     """
-    value = 0.0
-    if face != NOTHING:
-        depth = plane_value(planes, face, 0, x, y)
-        if boxes[face, 4] <= depth <= boxes[face, 5]:
-            inverse, k = 1.0 / depth, 1 + channel
-            slope = moment_x * planes[face, 0, 1] + moment_y * planes[face, 0, 2]
-            change = moment_x * planes[face, k, 1] + moment_y * planes[face, k, 2]
-            value = ((area - slope * inverse) * plane_value(planes, face, k, x, y) + change) * inverse
-        else:
-            k = 1 + channels + channel
-            change = moment_x * planes[face, k, 1] + moment_y * planes[face, k, 2]
-            value = area * plane_value(planes, face, k, x, y) + change
-    return value
+    depth = plane_value(planes, face, 0, x, y)
+    on_face = (boxes[face, 4] <= depth) & (depth <= boxes[face, 5])
+    first, inverse = (1, 1.0 / depth) if on_face else (1 + channels, 1.0)
+    along_x, along_y = moment_x * inverse, moment_y * inverse
+    slope = along_x * planes[face, 0, 1] + along_y * planes[face, 0, 2]
+    to_value = (area - (slope if on_face else 0.0)) * inverse
+    return first, to_value, to_value * x + along_x, to_value * y + along_y
 
 
 @kernel(error_model="numpy", _nrt=False, inline="always")
 def face_gradient(planes, boxes, face, x, y, sign, area, moment_x, moment_y, picture_gradient, ix, iy, plane_gradients):
     """Adjoint of sign · `face_integral`; returns the gradients of area and moments, and adds to plane_gradients."""
     channels = picture_gradient.shape[0]
-    depth, slope_x, slope_y = plane_value(planes, face, 0, x, y), planes[face, 0, 1], planes[face, 0, 2]
-    to_area, to_x, to_y = 0.0, 0.0, 0.0
-    if boxes[face, 4] <= depth <= boxes[face, 5]:
-        inverse = 1.0 / depth
-        to_value = (area - (moment_x * slope_x + moment_y * slope_y) * inverse) * inverse
-        along_x, along_y = moment_x * inverse, moment_y * inverse
+    depth = plane_value(planes, face, 0, x, y)
+    on_face = (boxes[face, 4] <= depth) & (depth <= boxes[face, 5])
+    first, inverse = (1, 1.0 / depth) if on_face else (1 + channels, 1.0)
+    slope_x, slope_y = (planes[face, 0, 1], planes[face, 0, 2]) if on_face else (0.0, 0.0)
+    along_x, along_y = moment_x * inverse, moment_y * inverse
+    to_value = (area - along_x * slope_x - along_y * slope_y) * inverse
+    to_area, to_x, to_y, to_depth, value_sum = 0.0, 0.0, 0.0, 0.0, 0.0
+    for c in range(channels):
+        k, upstream = first + c, sign * np.float64(picture_gradient[c, iy, ix])
+        value = plane_value(planes, face, k, x, y) * inverse
+        change_x = (planes[face, k, 1] - value * slope_x) * inverse
+        change_y = (planes[face, k, 2] - value * slope_y) * inverse
+        to_area += upstream * value
+        to_x += upstream * change_x
+        to_y += upstream * change_y
+        plane_gradients[face, k, 0] += upstream * to_value
+        plane_gradients[face, k, 1] += upstream * (to_value * x + along_x)
+        plane_gradients[face, k, 2] += upstream * (to_value * y + along_y)
+        to_depth -= upstream * (value * to_value + along_x * change_x + along_y * change_y)
+        value_sum += upstream * value
+    if not on_face:
         to_depth, value_sum = 0.0, 0.0
-        for c in range(channels):
-            upstream = sign * np.float64(picture_gradient[c, iy, ix])
-            value = plane_value(planes, face, 1 + c, x, y) * inverse
-            change_x = (planes[face, 1 + c, 1] - value * slope_x) * inverse
-            change_y = (planes[face, 1 + c, 2] - value * slope_y) * inverse
-            to_area += upstream * value
-            to_x += upstream * change_x
-            to_y += upstream * change_y
-            plane_gradients[face, 1 + c, 0] += upstream * to_value
-            plane_gradients[face, 1 + c, 1] += upstream * (to_value * x + along_x)
-            plane_gradients[face, 1 + c, 2] += upstream * (to_value * y + along_y)
-            to_depth -= upstream * (value * to_value + along_x * change_x + along_y * change_y)
-            value_sum += upstream * value
-        plane_gradients[face, 0, 0] += to_depth
-        plane_gradients[face, 0, 1] += to_depth * x - along_x * value_sum
-        plane_gradients[face, 0, 2] += to_depth * y - along_y * value_sum
-    else:
-        for c in range(1 + channels, 1 + 2 * channels):
-            upstream = sign * np.float64(picture_gradient[c - 1 - channels, iy, ix])
-            to_area += upstream * plane_value(planes, face, c, x, y)
-            to_x += upstream * planes[face, c, 1]
-            to_y += upstream * planes[face, c, 2]
-            plane_gradients[face, c, 0] += upstream * area
-            plane_gradients[face, c, 1] += upstream * (area * x + moment_x)
-            plane_gradients[face, c, 2] += upstream * (area * y + moment_y)
+    plane_gradients[face, 0, 0] += to_depth
+    plane_gradients[face, 0, 1] += to_depth * x - along_x * value_sum
+    plane_gradients[face, 0, 2] += to_depth * y - along_y * value_sum
     return to_area, to_x, to_y
+
+
+@kernel(error_model="numpy", _nrt=False, inline="always")
+def product(planes, face, plane, p, q, r):
+    return p * planes[face, plane, 0] + q * planes[face, plane, 1] + r * planes[face, plane, 2]
 
 
 @kernel(error_model="numpy", _nrt=False)
@@ -124,14 +85,19 @@ def add_pieces(planes, boxes, points, codes, count, picture):
     """Adds to picture [C, H, >= W] what pieces change in the pixels that they lie in."""
     channels = picture.shape[0]
     for n in range(count):
-        ix, iy, here, beyond = codes[n, 0], codes[n, 1], codes[n, 2], codes[n, 3]
-        area, moment_x, moment_y = shadow_of(points[n, 0], points[n, 1], points[n, 2], points[n, 3])
+        ix, iy, area, moment_x, moment_y = codes[n, 0], codes[n, 1], points[n, 4], points[n, 5], points[n, 6]
         x, y = ix + 0.5, iy + 0.5
+        face, sign = face_of(codes, n, 0)
+        k, p, q, r = face_integral(planes, boxes, face, x, y, area, moment_x, moment_y, channels)
+        p, q, r = sign * p, sign * q, sign * r
+        other, _ = face_of(codes, n, 1)
+        if other == NOTHING:
+            for c in range(channels):
+                picture[c, iy, ix] += product(planes, face, k + c, p, q, r)
+            continue
+        m, s, t, u = face_integral(planes, boxes, other, x, y, area, moment_x, moment_y, channels)
         for c in range(channels):
-            ahead = face_integral(planes, boxes, beyond, x, y, c, channels, area, moment_x, moment_y)
-            picture[c, iy, ix] += ahead - face_integral(
-                planes, boxes, here, x, y, c, channels, area, moment_x, moment_y
-            )
+            picture[c, iy, ix] += product(planes, face, k + c, p, q, r) + product(planes, other, m + c, s, t, u)
 
 
 @kernel(error_model="numpy", _nrt=False, inline="always")
@@ -181,13 +147,10 @@ def end_gradient(
         screen_gradient[at, 1] += to_y
         return
     a, b, _ = line_of(segment, segment_codes, lines, planes)
-    if kind == AT_COLUMN:
-        other_a, other_b = 1.0, 0.0
-    elif kind == AT_ROW:
-        other_a, other_b = 0.0, 1.0
-    elif kind == AT_EDGE:
+    other_a, other_b = (1.0, 0.0) if kind == AT_COLUMN else (0.0, 1.0)
+    if kind == AT_EDGE:
         other_a, other_b = lines[at, 0], lines[at, 1]
-    else:
+    elif kind == AT_SEGMENT:
         other_a, other_b, _ = line_of(at, segment_codes, lines, planes)
     determinant = a * other_b - b * other_a
     if determinant == 0.0:
@@ -198,7 +161,7 @@ def end_gradient(
     segment_gradient(screen, edges, segment, segment_codes, x, y, to_own, screen_gradient, plane_gradients)
     if kind == AT_EDGE:
         edge_gradient(screen, edges, at, x, y, to_other, screen_gradient)
-    elif kind not in (AT_COLUMN, AT_ROW):
+    elif kind == AT_SEGMENT:
         segment_gradient(screen, edges, at, segment_codes, x, y, to_other, screen_gradient, plane_gradients)
 
 
@@ -211,12 +174,11 @@ def pieces_gradient(
     for n in range(count):
         ix, iy = codes[n, 0], codes[n, 1]
         ax, ay, bx, by = points[n, 0], points[n, 1], points[n, 2], points[n, 3]
-        area, moment_x, moment_y = shadow_of(ax, ay, bx, by)
+        area, moment_x, moment_y = points[n, 4], points[n, 5], points[n, 6]
         to_area, to_x, to_y = 0.0, 0.0, 0.0
         for which in range(2):
-            face = codes[n, 2 + which]
+            face, sign = face_of(codes, n, which)
             if face != NOTHING:
-                sign = -1.0 if which == 0 else 1.0
                 part, part_x, part_y = face_gradient(
                     planes, boxes, face, ix + 0.5, iy + 0.5, sign, area, moment_x, moment_y, picture_gradient, ix, iy,
                     plane_gradients,

@@ -50,17 +50,15 @@ def is_thin(x1, y1, x2, y2):
 
 
 @kernel(error_model="numpy", _nrt=False)
-def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers):
+def set_up_faces(screen, faces, edge_faces, face_edges, lines, planes, sides, edge_sides, boxes, covers):
     """What is known of a face before any pixel is visited.
 
-    planes [F, 1 + 2C, 3]: inverse depth w, then w · colour for each channel, then the colour itself, as if it were
-    linear on the screen. sides [F, 3]: on which side of each edge the face lies (+1 or -1, all 0 for a face without
-    area). edge_sides [E, 2]: the same, seen from the edge. boxes [F, 6]: least and greatest x, y and w; least
-    above greatest for a face without area. covers [F, 16]: the four functions that decide what a face covers, its three
-    lines, signed so that they are positive inside, and w: their slopes along x, along y, their constants, and their
-    least values where it covers a point.
+    planes [F, 1 + 2C, 3]: inverse depth w first; those of colours are left to `set_up_colours`. sides [F, 3]: on which
+    side of each edge the face lies (+1 or -1, all 0 for a face without area). edge_sides [E, 2]: the same, seen from
+    the edge. boxes [F, 6]: least and greatest x, y and w; least above greatest for a face without area. covers [F, 16]:
+    the four functions that decide what a face covers, its three lines, signed so that they are positive inside, and w:
+    their slopes along x, along y, their constants, and their least values where it covers a point.
     """
-    channels = colours.shape[1]
     for e in range(edge_sides.shape[0]):
         edge_sides[e, 0] = edge_sides[e, 1] = 0
     for f in range(faces.shape[0]):
@@ -88,27 +86,43 @@ def set_up_faces(screen, colours, faces, edge_faces, face_edges, lines, planes, 
                 covers[f, 4 * term + corner] = side * lines[edge, term]
             # A point on the edge belongs to the face on its positive side.
             covers[f, 12 + corner] = 0.0 if beyond >= 0 else SMALLEST_NORMAL
-        thin, inverse_area = is_thin(x1, y1, x2, y2), 1.0 / area
-        for channel in range(1 + 2 * channels):
-            a0, a1, a2 = w0, w1, w2
-            if channel > 0:
-                c = channel - 1 if channel <= channels else channel - 1 - channels
-                c0, c1, c2 = np.float64(colours[i, c]), np.float64(colours[j, c]), np.float64(colours[k, c])
-                if thin:
-                    c0 = c1 = c2 = (c0 + c1 + c2) / 3.0
-                if channel > channels:
-                    a0, a1, a2 = c0, c1, c2
-                else:
-                    a0, a1, a2 = w0 * c0, w1 * c1, w2 * c2
-            a1 -= a0
-            a2 -= a0
-            along_x = (a1 * y2 - a2 * y1) * inverse_area
-            along_y = (a2 * x1 - a1 * x2) * inverse_area
-            planes[f, channel, 0] = a0 - along_x * x0 - along_y * y0
-            planes[f, channel, 1] = along_x
-            planes[f, channel, 2] = along_y
+        set_plane(planes, f, 0, x0, y0, x1, y1, x2, y2, 1.0 / area, w0, w1, w2)
         covers[f, 3], covers[f, 7], covers[f, 11] = planes[f, 0, 1], planes[f, 0, 2], planes[f, 0, 0]
         covers[f, 15] = 0.0
+
+
+@kernel(error_model="numpy", _nrt=False, inline="always")
+def set_plane(planes, face, channel, x0, y0, x1, y1, x2, y2, inverse_area, a0, a1, a2):
+    """The plane through three values at a face's corners, which are (x0, y0), and (x1, y1) and (x2, y2) from there."""
+    a1 -= a0
+    a2 -= a0
+    along_x = (a1 * y2 - a2 * y1) * inverse_area
+    along_y = (a2 * x1 - a1 * x2) * inverse_area
+    planes[face, channel, 0] = a0 - along_x * x0 - along_y * y0
+    planes[face, channel, 1] = along_x
+    planes[face, channel, 2] = along_y
+
+
+@kernel(error_model="numpy", _nrt=False)
+def set_up_colours(screen, colours, faces, sides, seen, bordering, planes):
+    """The planes of colours, of faces with area that are `seen` or `bordering` [1 + F, face f at f + 1]: w · colour for
+    each channel; and, of the latter, the colour itself, as if it were linear on the screen."""
+    channels = colours.shape[1]
+    for f in range(faces.shape[0]):
+        if (sides[f, 0] == 0) | (not (seen[f + 1] | bordering[f + 1])):
+            continue
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        x0, y0, w0 = np.float64(screen[i, 0]), np.float64(screen[i, 1]), np.float64(screen[i, 2])
+        x1, y1, w1 = screen[j, 0] - x0, screen[j, 1] - y0, np.float64(screen[j, 2])
+        x2, y2, w2 = screen[k, 0] - x0, screen[k, 1] - y0, np.float64(screen[k, 2])
+        thin, inverse_area = is_thin(x1, y1, x2, y2), 1.0 / (x1 * y2 - x2 * y1)
+        for c in range(channels):
+            c0, c1, c2 = np.float64(colours[i, c]), np.float64(colours[j, c]), np.float64(colours[k, c])
+            if thin:
+                c0 = c1 = c2 = (c0 + c1 + c2) / 3.0
+            set_plane(planes, f, 1 + c, x0, y0, x1, y1, x2, y2, inverse_area, w0 * c0, w1 * c1, w2 * c2)
+            if bordering[f + 1]:
+                set_plane(planes, f, 1 + channels + c, x0, y0, x1, y1, x2, y2, inverse_area, c0, c1, c2)
 
 
 @kernel(error_model="numpy", _nrt=False)

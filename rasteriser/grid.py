@@ -4,7 +4,7 @@ import numpy as np
 
 from rasteriser.compilation import kernel
 from rasteriser.coverage import NOTHING, TIE
-from rasteriser.vectors import all_set, last, load_four
+from rasteriser.vectors import all_set_above, all_set_below, beside, last_above, last_below, load_twice
 
 # Boxes count as larger by this much, in pixels, so that rounding hides no neighbour.
 MARGIN = 1e-3
@@ -84,18 +84,22 @@ def nearest_faces(grid, starts, items, covers, x, y, step_x, step_y):
     left, top, size, columns, rows = grid
     column, row = min(max(int((x - left) / size), 0), columns - 1), min(max(int((y - top) / size), 0), rows - 1)
     cell = row * columns + column
-    behind, ahead, depth_behind, depth_ahead = NOTHING, NOTHING, 0.0, 0.0
+    behind, ahead, least_behind, least_ahead = NOTHING, NOTHING, 0.0, 0.0
+    # The point behind in the lower lanes, that ahead in the upper ones.
+    xs, ys = beside(x - step_x, x + step_x), beside(y - step_y, y + step_y)
     # Without branches: nobody could predict them.
     for k in range(starts[cell], starts[cell + 1]):
         f = items[k]
         face = covers[f]
-        along_x, along_y, least = load_four(face, 0), load_four(face, 4), load_four(face, 12)
-        here, step = along_x * x + (along_y * y + load_four(face, 8)), along_x * step_x + along_y * step_y
-        back, on = here - step, here + step
-        covers_behind = all_set(back >= least) & (last(back) > depth_behind * TIE)
-        covers_ahead = all_set(on >= least) & (last(on) > depth_ahead * TIE)
-        behind, depth_behind = (f, last(back)) if covers_behind else (behind, depth_behind)
-        ahead, depth_ahead = (f, last(on)) if covers_ahead else (ahead, depth_ahead)
+        values = load_twice(face, 0) * xs + (load_twice(face, 4) * ys + load_twice(face, 8))
+        inside = values >= load_twice(face, 12)
+        back = last_below(values) if all_set_below(inside) else 0.0
+        on = last_above(values) if all_set_above(inside) else 0.0
+        behind, ahead = f if back > least_behind else behind, f if on > least_ahead else ahead
+        # The next comparison waits for these alone.
+        back, on = back * TIE, on * TIE
+        least_behind = back if back > least_behind else least_behind
+        least_ahead = on if on > least_ahead else least_ahead
     return behind, ahead
 
 
@@ -106,11 +110,11 @@ def is_hidden_by(face, f, g, covers, x, y, step_x, step_y):
     g may be NOTHING. Also false of a face that is one of the two.
     """
     hider, first, second = covers[face], covers[f], covers[f if g == NOTHING else g]
-    along_x, along_y, least = load_four(hider, 0), load_four(hider, 4), load_four(hider, 12)
-    here, step = along_x * x + (along_y * y + load_four(hider, 8)), along_x * step_x + along_y * step_y
-    back, on = here - step, here + step
+    xs, ys = beside(x - step_x, x + step_x), beside(y - step_y, y + step_y)
+    values = load_twice(hider, 0) * xs + (load_twice(hider, 4) * ys + load_twice(hider, 8))
+    inside = values >= load_twice(hider, 12)
     # Twice the margin of `nearest_faces`, against rounding.
     depth_f = first[3] * x + (first[7] * y + first[11]) + abs(first[3] * step_x + first[7] * step_y)
     depth_g = second[3] * x + (second[7] * y + second[11]) + abs(second[3] * step_x + second[7] * step_y)
-    nearer = min(last(back), last(on)) > max(depth_f, depth_g) * (TIE * TIE)
-    return all_set(back >= least) & all_set(on >= least) & nearer
+    nearer = min(last_below(values), last_above(values)) > max(depth_f, depth_g) * (TIE * TIE)
+    return all_set_below(inside) & all_set_above(inside) & nearer

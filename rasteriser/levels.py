@@ -32,6 +32,15 @@ def level_table(width, height):
     return table
 
 
+@kernel()
+def level_arrays(count, size):
+    """[count, size] zeros for the levels of so many channels; all start where a vector in memory does, so that none of
+    those that are read together lies in two lines of the cache. size: a multiple of WIDE."""
+    numbers = np.zeros(count * size + WIDE, np.float32)
+    first = -numbers.ctypes.data // numbers.itemsize % WIDE
+    return numbers[first : first + count * size].reshape(count, size)
+
+
 @kernel(_nrt=False)
 def reflected(index, size):
     """Index with the border reflected, the border pixel itself not repeated."""

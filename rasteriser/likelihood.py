@@ -15,7 +15,7 @@ from numba import get_num_threads, prange
 from rasteriser.compilation import kernel
 from rasteriser.coverage import bounding_box
 from rasteriser.drawing import find_visible, paint_visible, visible_gradient, workspace_for
-from rasteriser.levels import box_above, clear_below, level_table
+from rasteriser.levels import box_above, clear_below, level_arrays, level_table
 from rasteriser.pictures import CREASE, FloatArray, Gradients, checked, contiguous
 from rasteriser.pyramid import picture_pyramid, pyramid_gradient, pyramid_log_likelihood
 from rasteriser.topology import Topology
@@ -113,14 +113,14 @@ def _log_likelihood_gradients(
     for thread in prange(threads):
         workspace = workspace_for(vertices, topology, painted, width, height)
         scratch = (
-            np.zeros((painted, size), np.float32),
-            np.empty((height // 2 + 5) * (width + WIDE), np.float32),
+            level_arrays(painted, size),
+            np.empty((height // 2 + 5) * (width + WIDE) + 8 * WIDE, np.float32),
             np.empty((len(table), 4), np.int64),
             np.empty((painted, height, width) if binarise > 0.0 else (0, 0, 0), np.float32),
         )
         lights, paint = np.empty(asked.shape[1], np.int64), np.empty(vertices * painted, np.float32)
         # The hypotheses of a picture stand together: its pyramid is made when the first of them comes.
-        target, total, known = np.zeros((channels, size), np.float32), 0.0, -1
+        target, total, known = level_arrays(channels, size), 0.0, -1
         for i in range(thread * len(wanted) // threads, (thread + 1) * len(wanted) // threads):
             n = wanted[i]
             if n // per_picture != known:
@@ -144,10 +144,10 @@ def _log_likelihood_gradients(
                 lights[:count], scales[n], values_out[n],
             )  # fmt: skip
             if scales[n].any():
-                screen_out[n] = workspace[10]
+                screen_out[n] = workspace[11]
                 for k in range(count):
                     into = lights[k] * channels
-                    colours_out[n, :, into : into + channels] = workspace[11][:, k * channels : (k + 1) * channels]
+                    colours_out[n, :, into : into + channels] = workspace[12][:, k * channels : (k + 1) * channels]
 
 
 @kernel(error_model="numpy")
@@ -165,8 +165,8 @@ def _log_likelihood_and_gradient(
     gradient = scales.any()
     box = bounding_box(screen, width, height)
     if box[2] <= box[0] or box[3] <= box[1]:
-        workspace[10][:] = 0.0
         workspace[11][:] = 0.0
+        workspace[12][:] = 0.0
         for light in lights:
             values[light] = 0.0 if gradient and scales[light] == 0.0 else -0.5 * total
         return

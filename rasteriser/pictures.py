@@ -166,8 +166,8 @@ def _picture_gradients(threads, screen, colours, topology, crease, width, upstre
             # Whole vectors are read at the right: no numbers of another picture may stand there.
             copy_box(upstream[n], (left, top, min(right + WIDE, width), bottom), gradient)
             visible_gradient(screen[n], colours[n], topology, workspace, pieces, width, gradient)
-            screen_out[n] = workspace[10]
-            colours_out[n] = workspace[11]
+            screen_out[n] = workspace[11]
+            colours_out[n] = workspace[12]
 
 
 @kernel(error_model="numpy", _nrt=False)

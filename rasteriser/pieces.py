@@ -43,23 +43,24 @@ def cut_at_pixels(x0, y0, x1, y1, width, height, places, kinds, at):
         return 0
     count = 1
     places[0] = start
+    per_x, per_y = 1.0 / dx, 1.0 / dy
     # The next column and row boundary ahead of the start.
     column = int(np.floor(x0 + start * dx)) + (1 if dx > 0 else 0)
     row = int(np.floor(y0 + start * dy)) + (1 if dy > 0 else 0)
+    step_column, step_row = 1 if dx > 0 else -1, 1 if dy > 0 else -1
     while True:
-        at_column = (column - x0) / dx if dx != 0.0 else np.inf
-        at_row = (row - y0) / dy if dy != 0.0 else np.inf
+        at_column = (column - x0) * per_x if dx != 0.0 else np.inf
+        at_row = (row - y0) * per_y if dy != 0.0 else np.inf
         place = min(at_column, at_row)
         if not place < end or count >= width + height + 6:
             break
-        if place > places[count - 1]:
-            places[count] = place
-            kinds[count], at[count] = (AT_COLUMN, column) if at_column <= at_row else (AT_ROW, row)
-            count += 1
-        if at_column <= at_row:
-            column += 1 if dx > 0 else -1
-        else:
-            row += 1 if dy > 0 else -1
+        # Without branches: nobody could predict them.
+        at_a_column = at_column <= at_row
+        places[count], kinds[count] = place, AT_COLUMN if at_a_column else AT_ROW
+        at[count] = column if at_a_column else row
+        count += 1 if place > places[count - 1] else 0
+        column += step_column if at_a_column else 0
+        row += 0 if at_a_column else step_row
     places[count], kinds[count], at[count] = end, last_kind, last_at
     return count + 1
 
@@ -103,6 +104,7 @@ def add_pieces_of_segments(
             count = insert_cut(places, kinds, at, count, link_places[link], links[link, 0])
             link = links[link, 1]
         aside = ASIDE / np.sqrt(dx * dx + dy * dy)
+        f, g, needed = codes[s, 1], codes[s, 2], 2 if codes[s, 0] == CROSSING else 1
         for k in range(count - 1):
             middle = 0.5 * (places[k] + places[k + 1])
             x, y = x0 + middle * dx, y0 + middle * dy
@@ -111,15 +113,15 @@ def add_pieces_of_segments(
             step_x, step_y = -dy * aside, dx * aside
             if step_x * (ix + 0.5 - x) + step_y * (iy + 0.5 - y) > 0.0:
                 step_x, step_y = -step_x, -step_y
-            f, g = codes[s, 1], codes[s, 2]
             # Most are hidden, and by the face that hid the one before.
             if hider != NOTHING and is_hidden_by(hider, f, g, covers, x, y, step_x, step_y):
                 continue
             here, beyond = nearest_faces(grid, starts, items, covers, x, y, step_x, step_y)
-            own = (here != NOTHING and here in (f, g)) + (beyond != NOTHING and beyond in (f, g))
-            if own == 0 and here == beyond:
-                hider = here
-            if here == beyond or own < (2 if codes[s, 0] == CROSSING else 1):
+            # Without branches where nobody could predict them: which of the two is NOTHING.
+            own = (here != NOTHING) & ((here == f) | (here == g))
+            own += (beyond != NOTHING) & ((beyond == f) | (beyond == g))
+            if (here == beyond) | (own < needed):
+                hider = here if (own == 0) & (here == beyond) else hider
                 continue
             found += 1
             if found > len(points):
@@ -144,15 +146,16 @@ def find_pieces(
     """(points, codes, count) of the pieces along which two faces meet in what is seen: both those of a crossing, or
     one of those at an edge.
 
-    points [P, 4]: x and y of either end, from the centre of the piece's pixel. codes [P, 9]: column and row of the
-    pixel; the face seen on the centre's side of the piece and that beyond, or NOTHING; the segment; and, for either
-    end, what it lies on: its kind, and which vertex, boundary, edge or segment.
+    points [P, 7]: x and y of either end, from the centre of the piece's pixel; the others are left to
+    `shadows.find_shadows`. codes [P, 9]: column and row of the pixel; the face seen on the centre's side of the piece
+    and that beyond, or NOTHING; the segment; and, for either end, what it lies on: its kind, and which vertex,
+    boundary, edge or segment.
     """
     room = width + height + 8 + link_count
     places, kinds, at = np.empty(room), np.empty(room, np.int32), np.empty(room, np.int32)
     room = 256 + 8 * segment_count
     while True:
-        points, piece_codes = np.empty((room, 4)), np.empty((room, 9), np.int32)
+        points, piece_codes = np.empty((room, 7)), np.empty((room, 9), np.int32)
         found = add_pieces_of_segments(
             edges, covers, grid, starts, items, ends, codes, segment_count,
             heads, links, link_places, width, height, places, kinds, at, points, piece_codes,

@@ -36,39 +36,47 @@ CENTRE, NEXT, OUTER = np.float32(6 / 16), np.float32(4 / 16), np.float32(1 / 16)
 @kernel(_nrt=False, error_model="numpy")
 def reduce_level(fine, fine_base, coarse, coarse_base, table, level, above, half):
     """coarse = every second pixel of fine * k_G inside the box `above`; half is scratch."""
+    # Two rows take turns: each is summed up after the next one is smoothed, or it would be read while it is written.
+    length = table[level + 1, COLUMNS] + 2 * WIDE
+    for j in range(above[1], above[3] + 1):
+        if j < above[3]:
+            even, odd = half[j % 2 * length :], half[(2 + j % 2) * length :]
+            smooth_row(fine, fine_base, table, level, above, j, even, odd)
+        if j > above[1]:
+            even, odd = half[(j - 1) % 2 * length :], half[(2 + (j - 1) % 2) * length :]
+            out = coarse[coarse_base + (j - 1) * table[level + 1, STRIDE] :]
+            for i in range(above[0], above[2], WIDE):
+                near, far = load_wide(odd, i) + load_wide(odd, i + 1), load_wide(even, i) + load_wide(even, i + 2)
+                value = load_wide(even, i + 1) * CENTRE + near * NEXT + far * OUTER
+                store(out, i, select(first_lanes(above[2] - i), value, 0.0))
+
+
+@kernel(_nrt=False, error_model="numpy", inline="always")
+def smooth_row(fine, fine_base, table, level, above, j, even, odd):
+    """k_G along y, of row 2j: even[k + 1] is its pixel 2k, odd[k + 1] its pixel 2k + 1, from k = -1 on."""
     rows, columns, stride = table[level, ROWS], table[level, COLUMNS], table[level, STRIDE]
-    coarse_columns = table[level + 1, COLUMNS]
     first, last = needed(above[0], above[2], columns)
-    # A row, smoothed along y: even[k + 1] is its pixel 2k, odd[k + 1] its pixel 2k + 1, from k = -1 on.
-    even, odd = half, half[coarse_columns + 2 * WIDE :]
-    for j in range(above[1], above[3]):
-        centre = fine[fine_base + 2 * j * stride :]
-        over, under = (
-            fine[fine_base + reflected(2 * j - 1, rows) * stride :],
-            fine[fine_base + reflected(2 * j + 1, rows) * stride :],
-        )
-        far_over, far_under = (
-            fine[fine_base + reflected(2 * j - 2, rows) * stride :],
-            fine[fine_base + reflected(2 * j + 2, rows) * stride :],
-        )
-        for k in range(first // 2, (last + 1) // 2, WIDE):
-            left = smoothed(far_over, over, centre, under, far_under, 2 * k)
-            right = smoothed(far_over, over, centre, under, far_under, 2 * k + WIDE)
-            store(even, k + 1, evens(left, right))
-            store(odd, k + 1, odds(left, right))
-        if above[0] == 0:
-            even[0], odd[0] = smoothed_pixel(even, odd, -2, columns), smoothed_pixel(even, odd, -1, columns)
-        if above[2] == coarse_columns:
-            if 2 * coarse_columns > columns:
-                odd[coarse_columns] = smoothed_pixel(even, odd, 2 * coarse_columns - 1, columns)
-            even[coarse_columns + 1] = smoothed_pixel(even, odd, 2 * coarse_columns, columns)
-        out = coarse[coarse_base + j * table[level + 1, STRIDE] :]
-        for i in range(above[0], above[2], WIDE):
-            near = load_wide(odd, i) + load_wide(odd, i + 1)
-            value = (
-                load_wide(even, i + 1) * CENTRE + near * NEXT + (load_wide(even, i) + load_wide(even, i + 2)) * OUTER
-            )
-            store(out, i, select(first_lanes(above[2] - i), value, 0.0))
+    centre = fine[fine_base + 2 * j * stride :]
+    over, under = (
+        fine[fine_base + reflected(2 * j - 1, rows) * stride :],
+        fine[fine_base + reflected(2 * j + 1, rows) * stride :],
+    )
+    far_over, far_under = (
+        fine[fine_base + reflected(2 * j - 2, rows) * stride :],
+        fine[fine_base + reflected(2 * j + 2, rows) * stride :],
+    )
+    for k in range(first // 2, (last + 1) // 2, WIDE):
+        left = smoothed(far_over, over, centre, under, far_under, 2 * k)
+        right = smoothed(far_over, over, centre, under, far_under, 2 * k + WIDE)
+        store(even, k + 1, evens(left, right))
+        store(odd, k + 1, odds(left, right))
+    if above[0] == 0:
+        even[0], odd[0] = smoothed_pixel(even, odd, -2, columns), smoothed_pixel(even, odd, -1, columns)
+    coarse_columns = table[level + 1, COLUMNS]
+    if above[2] == coarse_columns:
+        if 2 * coarse_columns > columns:
+            odd[coarse_columns] = smoothed_pixel(even, odd, 2 * coarse_columns - 1, columns)
+        even[coarse_columns + 1] = smoothed_pixel(even, odd, 2 * coarse_columns, columns)
 
 
 @kernel(_nrt=False, error_model="numpy", inline="always")

@@ -29,15 +29,16 @@ def _is_row(kind: Type) -> bool:
     return isinstance(kind, Array) and kind.ndim == 1 and kind.dtype in SCALARS
 
 
-def _loader(lanes: int) -> Any:
+def _loader(lanes: int, times: int = 1) -> Any:
     def load(typingctx, row, start):
         if not (_is_row(row) and isinstance(start, Integer)):
             return None
-        result = Vector(row.dtype, lanes)
+        kind, result = Vector(row.dtype, lanes), Vector(row.dtype, lanes * times)
 
         def codegen(context, builder, sig, args):
-            address = _address(builder, context, sig.args[0], args[0], args[1], context.get_value_type(result))
-            return builder.load(address, align=row.dtype.bitwidth // 8)
+            address = _address(builder, context, sig.args[0], args[0], args[1], context.get_value_type(kind))
+            numbers = builder.load(address, align=row.dtype.bitwidth // 8)
+            return numbers if times == 1 else shuffled(builder, numbers, numbers, list(range(lanes)) * times)
 
         return result(row, start), codegen
 
@@ -48,8 +49,8 @@ load = intrinsic(_loader(LANES))
 """load(row, start): the LANES numbers from row[start] on, of a contiguous row; they must all exist."""
 load_wide = intrinsic(_loader(WIDE))
 """load_wide(row, start): the same for WIDE numbers."""
-load_four = intrinsic(_loader(4))
-"""load_four(row, start): the same for 4 numbers."""
+load_twice = intrinsic(_loader(LANES // 2, 2))
+"""load_twice(row, start): half as many numbers as `load` takes, and the same once more."""
 
 
 @intrinsic
@@ -137,24 +138,42 @@ as_singles = _conversion(float32, "fptrunc")
 
 
 @intrinsic
-def all_set(typingctx, mask):
-    """all_set(mask): whether it is, in every lane."""
+def beside(typingctx, first, second):
+    """beside(first, second): a number in the lower half of the lanes, another one in the upper half."""
+    result = Vector(float64, LANES)
 
     def codegen(context, builder, sig, args):
-        bits = builder.bitcast(args[0], ir.IntType(mask.lanes))
-        return builder.icmp_unsigned("==", bits, ir.Constant(bits.type, 2**mask.lanes - 1))
+        one, two = (as_vector(context, builder, args[k], sig.args[k], result) for k in (0, 1))
+        return shuffled(builder, one, two, [LANES * (2 * k // LANES) for k in range(LANES)])
 
-    return boolean(mask), codegen
+    return (result(first, second), codegen) if isinstance(first, Number) and isinstance(second, Number) else None
 
 
-@intrinsic
-def last(typingctx, vector):
-    """last(vector): the number in the last lane."""
+def _half(upper: bool) -> tuple[Any, Any]:
+    """Intrinsics that ask one half of the lanes."""
 
-    def codegen(context, builder, sig, args):
-        return builder.extract_element(args[0], ir.Constant(ir.IntType(32), vector.lanes - 1))
+    def all_set(typingctx, mask):
+        def codegen(context, builder, sig, args):
+            bits, lanes = builder.bitcast(args[0], ir.IntType(mask.lanes)), mask.lanes // 2
+            ones = ir.Constant(bits.type, (2**lanes - 1) << (lanes if upper else 0))
+            return builder.icmp_unsigned("==", builder.and_(bits, ones), ones)
 
-    return vector.dtype(vector), codegen
+        return boolean(mask), codegen
+
+    def last(typingctx, vector):
+        def codegen(context, builder, sig, args):
+            place = vector.lanes - 1 if upper else vector.lanes // 2 - 1
+            return builder.extract_element(args[0], ir.Constant(ir.IntType(32), place))
+
+        return vector.dtype(vector), codegen
+
+    return intrinsic(all_set), intrinsic(last)
+
+
+all_set_below, last_below = _half(upper=False)
+"""all_set_below(mask), last_below(vector): whether a mask's lower half is all set; the last number of that half."""
+all_set_above, last_above = _half(upper=True)
+"""all_set_above(mask), last_above(vector): the same of the upper half."""
 
 
 @intrinsic

@@ -8,14 +8,17 @@ from numba.core.errors import TypingError
 from rasteriser.vectors import (
     LANES,
     WIDE,
-    all_set,
+    all_set_above,
+    all_set_below,
     as_doubles,
     as_singles,
+    beside,
     evens,
     first_lanes,
-    last,
+    last_above,
+    last_below,
     load,
-    load_four,
+    load_twice,
     load_wide,
     odds,
     ramp,
@@ -69,13 +72,28 @@ def test_nothing_compares_with_what_is_not_a_number() -> None:
 
 
 @njit
-def reduced(a, b):
-    x, y = load(a, 0), load_four(b, 1)
-    return total(x), last(y), all_set(y >= -1.0), all_set(y > -1.0)
+def reduced(a):
+    x = load(a, 0)
+    return total(x), last_below(x), last_above(x)
 
 
 def test_vectors_reduce_to_numbers() -> None:
-    assert reduced(A, B) == (pytest.approx(A.sum(), rel=1e-15), B[4], True, False)
+    assert reduced(A) == (pytest.approx(A.sum(), rel=1e-15), A[3], A[7])
+
+
+@njit
+def in_halves(b, out):
+    x = load_twice(b, 1)
+    store(out[0], 0, x)
+    store(out[1], 0, beside(2, 0.5))
+    below = beside(-1.0, -0.5)
+    return all_set_below(x >= below), all_set_above(x >= below), all_set_below(x > below), all_set_above(x > -2.0)
+
+
+def test_halves_hold_two_things_at_once_and_are_asked_apart() -> None:
+    out = np.empty((2, LANES))
+    assert in_halves(B, out) == (True, False, False, True)
+    np.testing.assert_array_equal(out, [[*B[1:5], *B[1:5]], [2, 2, 2, 2, 0.5, 0.5, 0.5, 0.5]])
 
 
 @njit
@@ -122,7 +140,7 @@ def test_first_lanes_are_as_many_as_said(count: int) -> None:
 
 def test_what_does_not_fit_together_does_not_compile() -> None:
     for kernel in (
-        njit(lambda a, b: total(load(a, 0) + load_four(b, 0))),
+        njit(lambda a, b: total(load(a, 0) + load_wide(b, 0))),
         njit(lambda a, b: total(load(a, 0) & load(b, 0))),
         njit(lambda a, b: total(select(load(a, 0), load(a, 0), load(b, 0)))),
     ):
