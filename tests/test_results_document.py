@@ -3,6 +3,7 @@ say."""
 
 import json
 import re
+import statistics
 from pathlib import Path
 from typing import Any
 
@@ -206,6 +207,32 @@ def test_seeds(category: str) -> None:
         f"{right[-1]:.2f} of the azimuths within 30°, {near} of {len(cells)} within 0.05 of the best"
     )
     assert said in section("What made the difference")
+
+
+CELLS = figures("docs/results/ablation.json")["cells"]
+
+
+@pytest.mark.parametrize("row", sorted({cell["row"] for cell in CELLS}))
+def test_one_change_at_a_time(row: str) -> None:
+    def mean(name: str, *classes: str) -> float:
+        return statistics.mean(
+            cell["metrics"][name] for cell in CELLS if cell["row"] == row and cell["class"] in classes
+        )
+
+    every = ("car", "chair", "airplane", "sofa")
+    told = rows(section("What made the difference"))[row]
+    assert told[:5] == [
+        *(
+            f"{mean('iou', one):.2f} / {mean('azimuth_error_degrees', one):.0f}° / {mean('azimuth_accuracy', one):.2f}"
+            for one in every
+        ),
+        f"{mean('iou', *every):.2f}, {mean('azimuth_accuracy', *every):.2f}",
+    ]
+    overlap = {(cell["row"], cell["class"], cell["seed"]): cell["metrics"]["iou"] for cell in CELLS}
+    less = [overlap[key] - overlap["recipe", *key[1:]] for key in overlap if key[0] == row]
+    found = [float(number) for number in re.findall(r"[-+\d.]+", told[5])]
+    expected = [] if row == "recipe" else [statistics.mean(less), min(less), max(less)]
+    assert found == [pytest.approx(number, abs=0.006) for number in expected]
 
 
 def test_how_soon_ours_is_better_than_the_paper_s_objective() -> None:
