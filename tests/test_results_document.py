@@ -216,7 +216,7 @@ CELLS = figures("docs/results/ablation.json")["cells"]
 def test_one_change_at_a_time(row: str) -> None:
     def mean(name: str, *classes: str) -> float:
         return statistics.mean(
-            cell["metrics"][name] for cell in CELLS if cell["row"] == row and cell["class"] in classes
+            float(cell["metrics"][name]) for cell in CELLS if cell["row"] == row and cell["class"] in classes
         )
 
     every = ("car", "chair", "airplane", "sofa")
