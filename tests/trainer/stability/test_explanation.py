@@ -26,8 +26,9 @@ MODEL = Path(__file__).parents[3] / "models" / "car"
 
 @pytest.mark.parametrize("category", ["car", "chair"])
 @pytest.mark.parametrize("moved", [False, True])
-def test_errors_are_those_of_the_service(moved: bool, category: str) -> None:
-    """It takes 4 × 4 samples of a square, and here contours are exact: a picture's errors are a few percent apart."""
+def test_errors_are_those_of_the_service(moved: bool, category: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes 4 × 4 samples of a square, and here contours are exact: thin legs cost it a tenth more. With 16 × 16
+    samples the errors are the same to a few percent."""
     bundle = MODEL.with_name(category)
     subject, engine = from_bundle(bundle), load_engine(read_bundle(bundle))
     codes = photographs(exhibits(category, TEST_SEED, 8), subject.scene)
@@ -40,7 +41,7 @@ def test_errors_are_those_of_the_service(moved: bool, category: str) -> None:
     # A model that looks closely sees some come near to the border: these are cut out although nobody has moved them.
     assert sent.fitted.all() == moved
     found = rerender_errors(subject, predict(subject, sent.codes), sent.codes, sent.fitted)
-    expected = []
+    own, exact = [], []
     for number, fitted in zip(sent.numbers, sent.fitted, strict=True):
         large = codes[number].repeat(4, 1).repeat(4, 2).transpose(1, 2, 0)
         prepared = read_picture(
@@ -53,9 +54,14 @@ def test_errors_are_those_of_the_service(moved: bool, category: str) -> None:
         )
         assert (prepared.method != "framed") == fitted
         posterior = encode(engine, prepared.picture)
-        expected.append(unexplained(engine, prepared, posterior, decode(engine, posterior.shape_mean)))
-    assert found == pytest.approx(expected, rel=0.25)
-    assert found.mean() == pytest.approx(np.mean(expected), rel=0.06)
+        surface = decode(engine, posterior.shape_mean)
+        own.append(unexplained(engine, prepared, posterior, surface))
+        with monkeypatch.context() as closer:
+            closer.setattr("service.explanation._SAMPLES", 16)
+            exact.append(unexplained(engine, prepared, posterior, surface))
+    assert found == pytest.approx(own, rel=0.25)
+    assert found == pytest.approx(exact, rel=0.12)
+    assert found.mean() == pytest.approx(np.mean(exact), rel=0.03)
 
 
 def test_scores_are_those_of_the_service() -> None:
