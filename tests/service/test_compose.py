@@ -4,6 +4,7 @@ import os
 import shutil
 import socket
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 import yaml
 
 from service.settings import Settings
-from tests.service.test_stopping import process, until_ready
+from tests.service.test_stopping import accepts, process, until_ready
 
 COMPOSE: dict[str, Any] = yaml.safe_load((Path(__file__).parents[2] / "compose.yaml").read_text())
 SERVICE, PROXY = COMPOSE["services"]["chiaro"], COMPOSE["services"]["proxy"]
@@ -66,6 +67,10 @@ def proxy(replicas: list[tuple[subprocess.Popen[str], str]], tmp_path: Path) -> 
     command = [nginx, "-p", str(tmp_path), "-e", str(tmp_path / "error.log"), "-c", str(tmp_path / "nginx.conf")]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
         try:
+            deadline = time.monotonic() + 20
+            while not accepts("127.0.0.1", port) and running.poll() is None:
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
             with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20) as client:
                 until_ready(str(client.base_url).rstrip("/"))
                 yield client
