@@ -73,8 +73,8 @@ CARS = ("subdivision",)
 EARLY = ("--loss.kl-cooling-steps", "100")
 # One closed mesh grows legs and stems where blocks crowd (docs/results.md). They go on growing for long.
 DETAILED = {
-    name: Model(name, name, candidates=("subdivision",), preset="detailed", steps=steps)
-    for name, steps in (("bench", 2000), ("chair", 6000), ("lamp", 6000), ("table", 6000))
+    name: Model(name, name, candidates=("subdivision",), preset="detailed", steps=6000)
+    for name in ("bench", "chair", "lamp", "table")
 }
 SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
 # Of the seeds 0 and 1, on validation pictures.
