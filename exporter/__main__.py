@@ -18,9 +18,10 @@ from exporter.repacking import float32_bundle, repack
 from service.manifest import Manifest
 from trainer.data.images import load_image_folder
 from trainer.errors import ChiaroError, ConfigError
+from trainer.evaluation.metrics import TEMPERATURES
 from trainer.training.checkpoint import load_checkpoint
 
-OFFSET_KEY = "azimuth_offset_degrees"
+OFFSET_KEY, TEMPERATURE_KEY = "azimuth_offset_degrees", "azimuth_temperature"
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,12 @@ class ExportOptions:
     at the price of some accuracy, which the manifest tells. Both need --images."""
     azimuth_offset_degrees: float | None = None
     """What has to be added to predicted azimuths to get true ones, degrees; 0 without --metrics."""
+    azimuth_temperature: float | None = None
+    """What the logits of the coarse azimuth bins are divided by, so that they are as probable as they are right; 1, as
+    trained, without --metrics."""
     metrics: Path | None = None
-    """The judge's metrics.json: its azimuth_offset_degrees is applied, and its figures go into the manifest."""
+    """The judge's metrics.json: its azimuth_offset_degrees and its azimuth_temperature are applied, and its figures go
+    into the manifest."""
     images: Path | None = None
     """A folder of pictures of the class that were not trained on, such as the judge's validation pictures, 20 at least,
     and 40 for another precision: how well the model explains them tells the service which pictures are of another
@@ -63,18 +68,29 @@ def _exported(options: ExportOptions) -> Manifest:
     if options.checkpoint is None:
         raise ConfigError("expected one of --checkpoint and --bundle, found neither; name what is to be exported")
     metrics = _read_metrics(options.metrics) if options.metrics is not None else {}
-    offset = math.radians(_offset_degrees(options, metrics))
+    offset = _fitted(options, metrics, OFFSET_KEY, 0.0, (-360, 360))
+    temperature = _fitted(options, metrics, TEMPERATURE_KEY, 1.0, TEMPERATURES)
     checkpoint = load_checkpoint(options.checkpoint)
     held_out = _read_files(options.images, checkpoint.model.width, checkpoint.model.height)
-    return export(checkpoint, options.output, offset, metrics, held_out=held_out, precision=options.precision)
+    return export(
+        checkpoint,
+        options.output,
+        math.radians(offset),
+        metrics,
+        held_out=held_out,
+        precision=options.precision,
+        azimuth_temperature=temperature,
+    )
 
 
 def _repacked(options: ExportOptions) -> Manifest:
     if options.checkpoint is not None:
         raise ConfigError("expected one of --checkpoint and --bundle, found both; name one of them")
-    if options.metrics is not None or options.azimuth_offset_degrees is not None:
+    own = options.metrics, options.azimuth_offset_degrees, options.azimuth_temperature
+    if any(value is not None for value in own):
         raise ConfigError(
-            "expected neither --metrics nor --azimuth-offset-degrees with --bundle, found one; a bundle has its own"
+            "expected no --metrics, --azimuth-offset-degrees or --azimuth-temperature with --bundle, found one; a "
+            "bundle has its own"
         )
     if options.precision == "float32":
         raise ConfigError("expected --precision float16 or int8 with --bundle, found float32, which the bundle has")
@@ -89,8 +105,8 @@ def _told(output: Path, manifest: Manifest) -> Iterator[str]:
     worst = max(manifest.parity, key=lambda name: manifest.parity[name])
     yield (
         f"{output}: {manifest.category}, {manifest.vertices} vertices, azimuth offset "
-        f"{manifest.azimuth_offset_degrees:g}°; torch and onnxruntime differ by at most "
-        f"{manifest.parity[worst]:.1e} ({worst}); model {manifest.identity[:12]}"
+        f"{manifest.azimuth_offset_degrees:g}°, temperature {manifest.azimuth_temperature:.3g}; torch and onnxruntime "
+        f"differ by at most {manifest.parity[worst]:.1e} ({worst}); model {manifest.identity[:12]}"
     )
     parsimony, precision = manifest.parsimony, manifest.precision
     if parsimony is not None:
@@ -107,19 +123,21 @@ def _told(output: Path, manifest: Manifest) -> Iterator[str]:
         yield "no held-out pictures: the service will give no out-of-class score; name a folder of them with --images"
 
 
-def _offset_degrees(options: ExportOptions, metrics: dict[str, JsonValue]) -> float:
-    if options.metrics is None:
-        offset: JsonValue = options.azimuth_offset_degrees or 0.0
-    elif options.azimuth_offset_degrees is not None:
-        raise ConfigError("expected one of --azimuth-offset-degrees and --metrics, found both; name one of them")
-    else:
-        offset = metrics.get(OFFSET_KEY)
-    if isinstance(offset, bool) or not isinstance(offset, int | float) or not -360 <= offset <= 360:
+def _fitted(
+    options: ExportOptions, metrics: dict[str, JsonValue], name: str, unfitted: float, limits: tuple[float, float]
+) -> float:
+    """What the judge has fitted, from its file or from the option of that name."""
+    option, told = f"--{name.replace('_', '-')}", getattr(options, name)
+    if options.metrics is not None and told is not None:
+        raise ConfigError(f"expected one of {option} and --metrics, found both; name one of them")
+    found: JsonValue = metrics.get(name) if options.metrics is not None else unfitted if told is None else told
+    lowest, highest = limits
+    if isinstance(found, bool) or not isinstance(found, int | float) or not lowest <= found <= highest:
         raise ConfigError(
-            f"{options.metrics or '--azimuth-offset-degrees'}: expected {OFFSET_KEY} from -360 to 360, found "
-            f"{str(offset)[:40]}; measure it with python -m trainer evaluate"
+            f"{options.metrics or option}: expected {name} from {lowest:g} to {highest:g}, found "
+            f"{str(found)[:40]}; measure it with python -m trainer evaluate"
         )
-    return float(offset)
+    return float(found)
 
 
 def _read_metrics(path: Path) -> dict[str, JsonValue]:

@@ -52,12 +52,14 @@ def export(
     seed: int = 0,
     held_out: Sequence[bytes] = (),
     precision: PrecisionName = "float32",
+    azimuth_temperature: float = 1.0,
 ) -> Manifest:
     """Writes a checkpoint's model as a bundle to the directory `output`, and returns its manifest.
 
-    `azimuth_offset` is δ of `exporter.graphs`, radians; `metrics` are the judge's figures; `seed` draws the inputs of
-    parity and probe; `held_out` are files of pictures that were not trained on, if there are any. What carries nothing
-    is left out (`exporter.slimming`). What is written has been read and proven by the service's own reader.
+    `azimuth_offset` is δ of `exporter.graphs`, radians, `azimuth_temperature` its temperature; `metrics` are the
+    judge's figures; `seed` draws the inputs of parity and probe; `held_out` are files of pictures that were not trained
+    on, if there are any. What carries nothing is left out (`exporter.slimming`). What is written has been read and
+    proven by the service's own reader.
 
     Raises:
         ExportError: torch and onnxruntime disagree; or as `write_bundle` does. Nothing is written.
@@ -70,18 +72,22 @@ def export(
     )
     slim, parsimony = slimmed(model, pictures, torch.Generator().manual_seed(seed))
     generator = torch.Generator().manual_seed(seed)
-    graphs, parity = _graphs(slim, azimuth_offset, generator)
-    manifest = _manifest(replace(checkpoint, model=slim), azimuth_offset, metrics, parity, graphs)
+    graphs, parity = _graphs(slim, azimuth_offset, azimuth_temperature, generator)
+    slender = replace(checkpoint, model=slim)
+    manifest = _manifest(slender, azimuth_offset, azimuth_temperature, metrics, parity, graphs)
     parts = Parts(replace(manifest, parsimony=parsimony), graphs)
     return write_bundle(parts, output, precision, held_out, pictures, generator)
 
 
-def _graphs(model: Model, azimuth_offset: float, generator: torch.Generator) -> tuple[Graphs, dict[str, float]]:
+def _graphs(
+    model: Model, azimuth_offset: float, azimuth_temperature: float, generator: torch.Generator
+) -> tuple[Graphs, dict[str, float]]:
     """The two graphs of a model, and the largest difference between torch and onnxruntime per output."""
     width, height, latent = model.width, model.height, model.config.latent
     pictures = [random_pictures(batch, height, width, generator) for batch in PARITY_BATCHES]
     shape_codes = [random_shape_codes(batch, latent, generator) for batch in PARITY_BATCHES]
-    encoder_module, decoder_module = EncoderGraph(model, azimuth_offset), DecoderGraph(model, azimuth_offset)
+    encoder_module = EncoderGraph(model, azimuth_offset, azimuth_temperature)
+    decoder_module = DecoderGraph(model, azimuth_offset)
     outputs = ENCODER_OUTPUTS + (LIGHT_OUTPUTS if model.config.light == "varying" else ())
     encoder = to_onnx(encoder_module, pictures[-1], ENCODER_INPUT, outputs)
     decoder = to_onnx(decoder_module, shape_codes[-1], DECODER_INPUT, DECODER_OUTPUTS)
@@ -102,6 +108,7 @@ def without_paths(value: Any) -> Any:
 def _manifest(
     checkpoint: Checkpoint,
     azimuth_offset: float,
+    azimuth_temperature: float,
     metrics: dict[str, JsonValue],
     parity: dict[str, float],
     graphs: Graphs,
@@ -123,6 +130,7 @@ def _manifest(
             ambient=scene.ambient,
             azimuth_bin_centres_degrees=tuple(exported_bin_centres(model.config.azimuth_bins, azimuth_offset)),
             azimuth_offset_degrees=round(math.degrees(azimuth_offset), 10),
+            azimuth_temperature=azimuth_temperature,
             latent=model.config.latent,
             vertices=len(model.decoder.base_vertices),
             training=json.loads(json.dumps(training, allow_nan=False)),

@@ -2,7 +2,8 @@
 
 Training without labels defines the object's frame only up to a rotation about +Y: the true azimuth is the predicted one
 plus an offset δ that the judge measures. Here that offset becomes part of the model. Azimuths grow by δ, and the object
-turns by −δ, so that its front is +Z and every rendering stays as it was: R(θ + δ) · R(−δ) v = R(θ) v.
+turns by −δ, so that its front is +Z and every rendering stays as it was: R(θ + δ) · R(−δ) v = R(θ) v. So does the
+temperature, with which the judge's bins are as probable as they are right.
 """
 
 import math
@@ -19,10 +20,10 @@ from trainer.model.vae import Model
 class EncoderGraph(nn.Module):
     """Pictures → posterior, and the most probable azimuth; angles in radians."""
 
-    def __init__(self, model: Model, azimuth_offset: float) -> None:
+    def __init__(self, model: Model, azimuth_offset: float, azimuth_temperature: float = 1.0) -> None:
         super().__init__()
         self.model = model
-        self.azimuth_offset = azimuth_offset
+        self.azimuth_offset, self.azimuth_temperature = azimuth_offset, azimuth_temperature
 
     def forward(self, images: Float[Tensor, "B 3 H W"]) -> tuple[Tensor, ...]:
         """Shape mean and deviation [B, Z], bin probabilities [B, R], fine mean, fine deviation and azimuth [B].
@@ -40,7 +41,7 @@ class EncoderGraph(nn.Module):
         return (
             posterior.shape_mean,
             posterior.shape_deviation,
-            posterior.azimuth_logits.softmax(1),
+            (posterior.azimuth_logits / self.azimuth_temperature).softmax(1),
             posterior.azimuth_fine_mean,
             posterior.azimuth_fine_deviation,
             wrap_angle(most_probable_azimuth(posterior) + self.azimuth_offset),

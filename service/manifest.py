@@ -150,6 +150,8 @@ class Manifest:
     """None where the exporter had no pictures: no picture is then told from one of the class."""
     parsimony: Parsimony | None = None
     """None of a bundle from before the exporter left out what carries nothing."""
+    azimuth_temperature: Annotated[float, Field(gt=0)] = 1.0
+    """What the exporter divided the bins' logits by: fitted, like the offset, where poses are known; 1 as trained."""
     precision: Precision | None = None
     """None where all weights are float32."""
 

@@ -12,6 +12,8 @@ from exporter.__main__ import main
 from service.bundle import read_bundle
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
+METRICS = {"iou": 0.6, "azimuth_offset_degrees": -35.5, "azimuth_temperature": 2.5}
+
 
 class Answer(NamedTuple):
     status: int
@@ -40,19 +42,21 @@ def test_a_run_directory_becomes_a_bundle(
     checkpoint: Checkpoint, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     save_checkpoint(tmp_path / "run" / FILE_NAME, checkpoint)
-    (tmp_path / "metrics.json").write_text(json.dumps({"iou": 0.6, "azimuth_offset_degrees": -35.5}))
+    (tmp_path / "metrics.json").write_text(json.dumps(METRICS))
     made = "--checkpoint", tmp_path / "run", "--output", tmp_path / "car"
     result = answer(capsys, *made, "--metrics", tmp_path / "metrics.json")
     assert (result.status, result.errors) == (0, "")
-    assert "car, 98 vertices, azimuth offset -35.5°; torch and onnxruntime differ by at most" in result.output
+    assert "car, 98 vertices, azimuth offset -35.5°, temperature 2.5; torch and onnxruntime differ by" in result.output
     assert "no held-out pictures" in result.output
     manifest = read_bundle(tmp_path / "car").manifest
     assert manifest.azimuth_offset_degrees == -35.5
-    assert manifest.metrics == {"iou": 0.6, "azimuth_offset_degrees": -35.5}
+    assert manifest.azimuth_temperature == 2.5
+    assert manifest.metrics == METRICS
     file = "--checkpoint", tmp_path / "run" / FILE_NAME, "--output", tmp_path / "car"
-    result = answer(capsys, *file, "--azimuth-offset-degrees", "90")
+    result = answer(capsys, *file, "--azimuth-offset-degrees", "90", "--azimuth-temperature", "3")
     assert result.status == 0, result.errors
-    assert read_bundle(tmp_path / "car").manifest.azimuth_offset_degrees == 90
+    manifest = read_bundle(tmp_path / "car").manifest
+    assert (manifest.azimuth_offset_degrees, manifest.azimuth_temperature) == (90, 3)
 
 
 @pytest.mark.parametrize(
@@ -64,10 +68,16 @@ def test_a_run_directory_becomes_a_bundle(
             ["--metrics", "metrics.json"],
             "metrics.json: expected azimuth_offset_degrees from -360 to 360, found None",
         ),
+        (
+            '{"azimuth_offset_degrees": 1}',
+            ["--metrics", "metrics.json"],
+            "metrics.json: expected azimuth_temperature from 0.1 to 100, found None",
+        ),
         ("[]", ["--metrics", "metrics.json"], "expected a JSON object, found a list"),
         ('{"iou": NaN}', ["--metrics", "metrics.json"], "expected JSON with finite numbers, found: NaN"),
         ("{}", ["--metrics", "metrics.json", "--azimuth-offset-degrees", "1"], "found both; name one of them"),
         (None, ["--azimuth-offset-degrees", "1000"], "expected azimuth_offset_degrees from -360 to 360, found 1000"),
+        (None, ["--azimuth-temperature", "0"], "--azimuth-temperature: expected azimuth_temperature from 0.1 to 100"),
         (None, [], "Expected a checkpoint at"),
     ],
 )

@@ -55,6 +55,17 @@ def test_the_azimuth_is_the_best_bins_centre_plus_the_fine_mean(checkpoint: Chec
     torch.testing.assert_close(wrap_angle(azimuth - expected), torch.zeros(6), atol=1e-6, rtol=0)
 
 
+def test_a_temperature_changes_how_sure_the_bins_are_and_nothing_else(checkpoint: Checkpoint) -> None:
+    images = torch.rand(6, 3, 48, 64)
+    with torch.no_grad():
+        plain, cooler = (EncoderGraph(checkpoint.model, 0.3, temperature)(images) for temperature in (1.0, 2.0))
+    for number, (before, after) in enumerate(zip(plain, cooler, strict=True)):
+        if number != 2:
+            assert torch.equal(before, after)
+    expected = plain[2].sqrt() / plain[2].sqrt().sum(1, keepdim=True)
+    torch.testing.assert_close(cooler[2], expected)
+
+
 def test_bin_centres_in_closed_form() -> None:
     assert exported_bin_centres(4, 0.0) == [-180, -90, 0, 90]
     assert exported_bin_centres(4, math.radians(100)) == [-80, 10, 100, -170]

@@ -4,17 +4,21 @@ Angles are radians. `correct` azimuths are within 30°, as in the paper (section
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Integer
 from numpy import ndarray
 from numpy.random import Generator
+from scipy.optimize import minimize_scalar
+from scipy.special import log_softmax
 
 CORRECT_WITHIN = np.radians(30.0)
 """Largest error of an azimuth that counts as correct."""
 FLIPPED_BEYOND = np.radians(150.0)
 """Beyond this error an object was taken for its own back."""
+TEMPERATURES: Final = (0.1, 100.0)
+"""Those that are looked for; at the highest, twelve bins of which one was certain are all about as probable."""
 
 
 class Interval(NamedTuple):
@@ -97,6 +101,33 @@ def fit_azimuth_offset(predicted: Float[ndarray, "N"], true: Float[ndarray, "N"]
     costs = [np.minimum(azimuth_error(np.full_like(own, offset), own), CORRECT_WITHIN).mean() for offset in offsets]
     # Equal up to rounding is equal: the first one is taken, whatever the order of the pictures.
     return float(offsets[np.flatnonzero(costs <= min(costs) + 1e-12)[0]])
+
+
+def tempered(probabilities: Float[ndarray, "N R"], temperature: float) -> Float[ndarray, "N R"]:
+    """Probabilities whose logarithms are divided by a temperature: above 1 they are less sure, in the same order."""
+    result: Float[ndarray, "N R"] = np.exp(_tempered_logarithms(probabilities, temperature))
+    return result
+
+
+def fit_temperature(probabilities: Float[ndarray, "N R"], true: Integer[ndarray, "N"]) -> float:
+    """The temperature of bins' probabilities at which the true bins are most probable (Guo et al., section 4.2), within
+    TEMPERATURES. One number for a model changes no answer, only how sure it is.
+
+    To be fitted on validation pictures, never on those that are judged.
+    """
+    pictures = np.arange(len(true))
+
+    def surprise(logarithm: float) -> float:
+        return -float(_tempered_logarithms(probabilities, np.exp(logarithm))[pictures, true].mean())
+
+    return float(np.exp(minimize_scalar(surprise, bounds=np.log(TEMPERATURES), method="bounded").x))
+
+
+def _tempered_logarithms(probabilities: Float[ndarray, "N R"], temperature: float) -> Float[ndarray, "N R"]:
+    # What a graph's float32 has rounded to 0 is no less probable than its smallest number.
+    least = np.finfo(np.float32).tiny
+    logarithms: Float[ndarray, "N R"] = log_softmax(np.log(np.maximum(probabilities, least)) / temperature, 1)
+    return logarithms
 
 
 def bootstrap(

@@ -1,8 +1,9 @@
 """The judge: how well a model reconstructs shape and finds pose, on objects that it never saw.
 
 Each object is shown in several pictures. The canonical frame of a model that was never told a pose is its own, so one
-rotation about +Y is fitted per model on *validation* pictures and applied to all test predictions; what depends on the
-frame is also given without it. `docs/judge.md` tells the protocol in words.
+rotation about +Y is fitted per model on *validation* pictures and applied to all test predictions, and so is one
+temperature of its coarse bins; what depends on the frame is also given without them. `docs/judge.md` tells the protocol
+in words.
 """
 
 import math
@@ -29,10 +30,12 @@ from trainer.evaluation.metrics import (
     bootstrap,
     calibration_error,
     fit_azimuth_offset,
+    fit_temperature,
     iou,
     mean,
     median_error,
     symmetric_azimuth_error,
+    tempered,
 )
 from trainer.evaluation.pictures import Pictures, Validation, linear_batches, threads
 from trainer.evaluation.report import BaselineFigures, FrameFigures, Report
@@ -56,6 +59,18 @@ class Judgement:
     """IoU after that offset."""
 
 
+class Alignment(NamedTuple):
+    """What is fitted to a model on validation pictures."""
+
+    offset: float
+    """Of its azimuths, radians: true ≈ predicted + offset."""
+    temperature: float
+    """Of its coarse bins: above 1 where it is surer than it may be."""
+
+
+UNALIGNED = Alignment(0.0, 1.0)
+
+
 class Likeness(NamedTuple):
     """How alike predicted and true shapes are, picture by picture."""
 
@@ -69,27 +84,33 @@ def judge(subject: Subject, pictures: Pictures, validation: Validation | None) -
     prediction = predict(subject, pictures.codes, pictures.views)
     half_bin = math.pi / len(subject.bin_centres)
     unaligned = _likeness(subject, prediction, pictures, 0.0)
-    offset = None if validation is None else fit_offset(subject, validation)
-    aligned = unaligned if offset is None else _likeness(subject, prediction, pictures, offset)
+    fitted = None if validation is None else fit_alignment(subject, validation)
+    aligned = unaligned if fitted is None else _likeness(subject, prediction, pictures, fitted.offset)
     report = Report(
-        aligned=None if offset is None else _frame_figures(prediction, pictures, aligned, offset, half_bin),
-        unaligned=_frame_figures(prediction, pictures, unaligned, 0.0, half_bin),
+        aligned=None if fitted is None else _frame_figures(prediction, pictures, aligned, fitted, half_bin),
+        unaligned=_frame_figures(prediction, pictures, unaligned, UNALIGNED, half_bin),
         baselines=None if validation is None else _baseline_figures(pictures, validation),
         light_error_degrees=_light_error(prediction, pictures),
         picture_error=_interval(_picture_errors(subject, prediction, pictures), pictures),
-        azimuth_offset_degrees=None if offset is None else math.degrees(offset),
+        azimuth_offset_degrees=None if fitted is None else math.degrees(fitted.offset),
+        azimuth_temperature=None if fitted is None else fitted.temperature,
         symmetric_objects=_symmetric_objects(pictures),
         pictures=len(pictures.codes),
         views_per_instance=pictures.views,
         objects=len(pictures.truth),
         skipped_meshes=len(pictures.skipped),
     )
-    return Judgement(report, prediction, offset or 0.0, aligned.overlap)
+    return Judgement(report, prediction, (fitted or UNALIGNED).offset, aligned.overlap)
 
 
-def fit_offset(subject: Subject, validation: Validation) -> float:
-    """The azimuth offset of a model's canonical frame, radians."""
-    return fit_azimuth_offset(predict(subject, validation.codes).azimuths.double().numpy(), validation.azimuths)
+def fit_alignment(subject: Subject, validation: Validation) -> Alignment:
+    """The offset of a model's canonical frame, and the temperature at which its coarse bins, so turned, are as probable
+    as they are right."""
+    prediction = predict(subject, validation.codes)
+    offset = fit_azimuth_offset(prediction.azimuths.double().numpy(), validation.azimuths)
+    centres = subject.bin_centres.double().numpy()
+    true_bins = np.cos(validation.azimuths[:, None] - offset - centres).argmax(1)
+    return Alignment(offset, fit_temperature(prediction.probabilities.double().numpy(), true_bins))
 
 
 def _likeness(subject: Subject, prediction: Prediction, pictures: Pictures, offset: float) -> Likeness:
@@ -110,14 +131,18 @@ def _likeness(subject: Subject, prediction: Prediction, pictures: Pictures, offs
 
 
 def _frame_figures(
-    prediction: Prediction, pictures: Pictures, likeness: Likeness, offset: float, half_bin: float
+    prediction: Prediction, pictures: Pictures, likeness: Likeness, alignment: Alignment, half_bin: float
 ) -> FrameFigures:
-    azimuths = prediction.azimuths.double().numpy() + offset
+    azimuths = prediction.azimuths.double().numpy() + alignment.offset
     orders = np.array([truth.order for truth in pictures.truth])[pictures.objects]
     errors = azimuth_error(azimuths, pictures.azimuths)
     symmetric_errors = symmetric_azimuth_error(azimuths, pictures.azimuths, orders)
-    in_bin = azimuth_error(prediction.bins.double().numpy() + offset, pictures.azimuths) <= half_bin
-    told = np.column_stack((prediction.confidences.double().numpy(), in_bin))
+    in_bin = azimuth_error(prediction.bins.double().numpy() + alignment.offset, pictures.azimuths) <= half_bin
+    probabilities = prediction.probabilities.double().numpy()
+    told, untempered = (
+        np.column_stack((tempered(probabilities, temperature).max(1), in_bin))
+        for temperature in (alignment.temperature, 1.0)
+    )
     return FrameFigures(
         iou=_interval(likeness.overlap, pictures),
         azimuth_error_degrees=_interval(np.degrees(errors), pictures, median_error),
@@ -126,6 +151,7 @@ def _frame_figures(
         symmetric_azimuth_accuracy=_interval(symmetric_errors, pictures, accuracy),
         flipped=_interval((errors > FLIPPED_BEYOND).astype(float), pictures),
         azimuth_calibration_error=_interval(told, pictures, calibration_error),
+        untempered_calibration_error=_interval(untempered, pictures, calibration_error),
         chamfer_distance=_interval(likeness.chamfer_distance, pictures),
         normal_consistency=_interval(likeness.normal_consistency, pictures),
     )

@@ -23,7 +23,9 @@ class FrameFigures:
     flipped: Interval
     """Share of azimuths that are wrong by more than 150°: taken for their own back."""
     azimuth_calibration_error: Interval
-    """Expected calibration error of the most probable coarse bin."""
+    """Expected calibration error of the most probable coarse bin, at the temperature that is fitted."""
+    untempered_calibration_error: Interval
+    """The same of the probabilities as the model tells them."""
     chamfer_distance: Interval
     """In diagonals of the object's bounding box."""
     normal_consistency: Interval
@@ -44,7 +46,7 @@ class Report:
     """Figures over all pictures, with 95 % bootstrap intervals over objects."""
 
     aligned: FrameFigures | None
-    """After the one azimuth offset that is fitted on validation pictures; None without any."""
+    """After the one azimuth offset and the one temperature that are fitted on validation pictures; None without any."""
     unaligned: FrameFigures
     """In the model's own frame."""
     baselines: BaselineFigures | None
@@ -55,6 +57,8 @@ class Report:
     """Mean absolute difference of input and reconstruction, linear RGB 0..1."""
     azimuth_offset_degrees: float | None
     """What was fitted: true ≈ predicted + offset."""
+    azimuth_temperature: float | None
+    """What was fitted, too: the coarse bins' logarithms are divided by it."""
     symmetric_objects: dict[str, int]
     """How many objects have a rotational symmetry, by its order; `continuous` for solids of revolution."""
     pictures: int
@@ -99,6 +103,7 @@ _FRAME_ROWS = (
     ("symmetric_azimuth_accuracy", "within 30° up to symmetry", ""),
     ("flipped", "wrong by more than 150°", ""),
     ("azimuth_calibration_error", "azimuth's calibration error", ""),
+    ("untempered_calibration_error", "calibration error as told", ""),
     ("chamfer_distance", "Chamfer distance", ""),
     ("normal_consistency", "normal consistency", ""),
 )
@@ -111,18 +116,21 @@ _OTHER_ROWS = (
     ("picture_error", "picture error", ""),
 )
 _NO_VALIDATION = (
-    "No validation pictures were given, so no azimuth offset is fitted, and there are no baselines: name a folder with "
-    "--validation."
+    "No validation pictures were given, so neither azimuth offset nor temperature are fitted, and there are no "
+    "baselines: name a folder with --validation."
 )
 
 
 def as_markdown(report: Report, category: str, skipped: tuple[str, ...] = ()) -> str:
     """A page with a table of all figures; `skipped` are sentences on meshes that could not be read."""
-    offset = "" if report.azimuth_offset_degrees is None else f" of {round(report.azimuth_offset_degrees, 1) + 0.0}°"
+    fitted = ""
+    if report.azimuth_offset_degrees is not None:
+        offset = round(report.azimuth_offset_degrees, 1) + 0.0
+        fitted = f" of {offset}° and a temperature of {report.azimuth_temperature:.2f}"
     lines = [
         f"# {category}: {report.objects} objects in {report.pictures} pictures{_together(report)}",
         "",
-        f"| figure | after one azimuth offset{offset} | without |",
+        f"| figure | after one azimuth offset{fitted} | without |",
         "|---|---|---|",
     ]
     for name, label, unit in _FRAME_ROWS:
@@ -157,6 +165,7 @@ def as_text(report: Report, category: str) -> str:
         lines.append(_NO_VALIDATION)
     else:
         lines.append(f"{'canonical frame':30}turned by {round(report.azimuth_offset_degrees)}°")
+        lines.append(f"{'temperature of the bins':30}{report.azimuth_temperature:.2f}")
     return "\n".join(lines)
 
 

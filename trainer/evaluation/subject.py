@@ -25,8 +25,8 @@ class Prediction(NamedTuple):
     azimuths: Float[Tensor, "N"]
     bins: Float[Tensor, "N"]
     """Centre of the most probable coarse bin of the azimuth."""
-    confidences: Float[Tensor, "N"]
-    """How probable that bin is."""
+    probabilities: Float[Tensor, "N R"]
+    """How probable each bin is."""
     light_azimuths: Float[Tensor, "N"] | None
     """How far the lights are turned; None of a model that knows one light only."""
 
@@ -34,7 +34,7 @@ class Prediction(NamedTuple):
         """What it says about some of the pictures."""
         lights = None if self.light_azimuths is None else self.light_azimuths[numbers]
         return Prediction(
-            self.vertices[numbers], self.azimuths[numbers], self.bins[numbers], self.confidences[numbers], lights
+            self.vertices[numbers], self.azimuths[numbers], self.bins[numbers], self.probabilities[numbers], lights
         )
 
 
@@ -94,10 +94,10 @@ def answer(subject: Subject, images: Float[Tensor, "B 3 H W"], views: int) -> Pr
             inference, pooled, images, subject.bin_centres, subject.decode, subject.faces, subject.scene,
             subject.refinement,
         )  # fmt: skip
-    confidences, bins = inference.probabilities.max(1)
+    bins = inference.probabilities.argmax(1)
     azimuths = wrap_angle(subject.bin_centres[bins] + inference.azimuth_fine_mean)
     vertices = subject.decode(pooled).repeat_interleave(views, 0)
-    return Prediction(vertices, azimuths, subject.bin_centres[bins], confidences, inference.light_azimuths)
+    return Prediction(vertices, azimuths, subject.bin_centres[bins], inference.probabilities, inference.light_azimuths)
 
 
 def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) -> Prediction:
@@ -107,13 +107,13 @@ def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) 
     Raises CheckpointError where that is not a number.
     """
     answers = [answer(subject, batch, views) for batch in linear_batches(codes, views)]
-    vertices, azimuths, bins, confidences, lights = zip(*answers, strict=True)
+    vertices, azimuths, bins, probabilities, lights = zip(*answers, strict=True)
     known = [light for light in lights if light is not None]
     prediction = Prediction(
         torch.cat(vertices),
         torch.cat(azimuths),
         torch.cat(bins),
-        torch.cat(confidences),
+        torch.cat(probabilities),
         torch.cat(known) if known else None,
     )
     if not all(torch.isfinite(part).all() for part in prediction if part is not None):

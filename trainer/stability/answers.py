@@ -20,7 +20,7 @@ from trainer.evaluation.metrics import (
     symmetric_azimuth_error,
 )
 from trainer.evaluation.pictures import Pictures, Validation, threads
-from trainer.evaluation.protocol import fit_offset
+from trainer.evaluation.protocol import fit_alignment
 from trainer.evaluation.subject import Prediction, Subject, predict
 from trainer.evaluation.voxels import occupy
 from trainer.stability.explanation import (
@@ -89,7 +89,9 @@ def examinee(name: str, subject: Subject, validation: Validation, held_out: Yard
 
     Raises CheckpointError where it answers no numbers, DataError where it explains all pictures equally well.
     """
-    return Examinee(name, subject, fit_offset(subject, validation), held_out or _measured(subject, validation))
+    return Examinee(
+        name, subject, fit_alignment(subject, validation).offset, held_out or _measured(subject, validation)
+    )
 
 
 def _measured(subject: Subject, validation: Validation) -> Yardstick:
@@ -138,7 +140,7 @@ def _compared(
         overlaps,
         symmetric_azimuth_error(azimuths, pictures.azimuths, orders),
         azimuth_error(azimuths, pictures.azimuths),
-        prediction.confidences.double().numpy(),
+        prediction.probabilities.amax(1).double().numpy(),
         rerendered,
         out_of_class_scores(rerendered, held_out),
         pictures.objects,

@@ -90,7 +90,7 @@ def _strangers(examined: Examinee, category: str, budget: Budget) -> Answers:
         overlaps=unknown,
         errors=unknown,
         plain_errors=unknown,
-        confidences=prediction.confidences.double().numpy(),
+        confidences=prediction.probabilities.amax(1).double().numpy(),
         rerender_errors=errors,
         scores=out_of_class_scores(errors, examined.yardstick.framed),
         objects=np.arange(len(codes)),

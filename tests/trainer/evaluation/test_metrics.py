@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 from trainer.evaluation.metrics import (
+    TEMPERATURES,
     accuracy,
     azimuth_error,
     bootstrap,
     calibration_error,
     fit_azimuth_offset,
+    fit_temperature,
     iou,
     mean_shape,
     median_error,
     symmetric_azimuth_error,
+    tempered,
 )
 
 
@@ -125,3 +128,28 @@ def test_confidence_that_is_borne_out_has_no_calibration_error() -> None:
         1 / 3
     )
     assert calibration_error(np.array([(0.3, 0)])) == pytest.approx(0.3)
+
+
+def test_the_temperature_of_confidence_that_is_borne_out_is_one() -> None:
+    """Bins that are drawn from the probabilities told: as they are, and told too surely and too modestly."""
+    rng = np.random.default_rng(0)
+    honest = rng.dirichlet(np.full(12, 0.3), 4000)
+    true = (honest.cumsum(1) > rng.random((4000, 1))).argmax(1)
+    assert fit_temperature(honest, true) == pytest.approx(1, abs=0.05)
+    for factor in (0.4, 3.0):
+        told = tempered(honest, factor)
+        assert fit_temperature(told, true) == pytest.approx(1 / factor, rel=0.05)
+        np.testing.assert_array_equal(told.argmax(1), honest.argmax(1))
+        confidence, right = told.max(1), told.argmax(1) == true
+        mended = tempered(told, fit_temperature(told, true)).max(1)
+        before, after = (calibration_error(np.column_stack((values, right))) for values in (confidence, mended))
+        assert after < 0.03 < before
+
+
+def test_a_temperature_is_no_higher_than_it_may_be() -> None:
+    """Probabilities that say nothing of the truth, with zeros that a graph may have rounded."""
+    sure = np.eye(12)[np.arange(600) % 12]
+    assert fit_temperature(sure, np.arange(600) // 12 % 12) == pytest.approx(max(TEMPERATURES), rel=0.01)
+    flat = tempered(sure, 100)
+    assert flat.sum(1) == pytest.approx(1)
+    assert flat.max() < 0.2

@@ -12,7 +12,7 @@ from tests.trainer.evaluation.conftest import knowing, subject_of
 from trainer.data.shapes.solid import Mesh
 from trainer.errors import CheckpointError
 from trainer.evaluation.pictures import Pictures, Validation
-from trainer.evaluation.protocol import fit_offset, judge
+from trainer.evaluation.protocol import fit_alignment, judge
 from trainer.evaluation.refinement import Inference
 from trainer.evaluation.subject import predict
 
@@ -23,7 +23,7 @@ def test_a_perfect_predictor_scores_perfectly_whatever_its_frame(
 ) -> None:
     frame = math.radians(frame_degrees)
     subject = subject_of(knowing(shapes, frame, tested, validation))
-    assert fit_offset(subject, validation) == pytest.approx(frame, abs=1e-5)
+    assert fit_alignment(subject, validation).offset == pytest.approx(frame, abs=1e-5)
     judgement = judge(subject, tested, validation)
     report, aligned = judgement.report, judgement.report.aligned
     assert aligned is not None
@@ -54,7 +54,7 @@ def test_a_perfect_predictor_scores_perfectly_whatever_its_frame(
 def test_without_validation_pictures_nothing_is_fitted(tested: Pictures, shapes: list[Mesh]) -> None:
     judgement = judge(subject_of(knowing(shapes, 0.0, tested)), tested, None)
     report = judgement.report
-    assert report.aligned is report.baselines is report.azimuth_offset_degrees is None
+    assert report.aligned is report.baselines is report.azimuth_offset_degrees is report.azimuth_temperature is None
     assert report.unaligned.iou.value == pytest.approx(1, abs=0.003)
     assert judgement.offset == 0
 
