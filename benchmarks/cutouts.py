@@ -38,7 +38,7 @@ FIGURES = (
     "symmetric_azimuth_error_degrees",
     "symmetric_azimuth_accuracy",
     "flipped",
-    "azimuth_calibration_error",
+    "untempered_calibration_error",
     "objects",
     "pictures",
 )

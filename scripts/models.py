@@ -77,6 +77,8 @@ DETAILED = {
     for name in ("bench", "chair", "lamp", "table")
 }
 SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
+# Blocks go on finding their places for long, too: corner sofas come late.
+SHARP["sofa"] = replace(SHARP["sofa"], steps=4500)
 # Of the seeds 0 and 1, on validation pictures.
 SHARP["rifle"] = replace(SHARP["rifle"], options=("--seed", "1"))
 EITHER_WAY = {name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("bathtub", "jar", "pot")}

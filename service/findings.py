@@ -21,6 +21,7 @@ from service.report import (
     Report,
     ViewReport,
 )
+from service.symmetry import symmetry_order
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def report_reconstruction(
         azimuth_confidence=round(float(probabilities.max()), 7),
         azimuth_bins=_bins(manifest.azimuth_bin_centres_degrees, probabilities),
         azimuth_entropy_nats=_entropy(probabilities),
+        azimuth_symmetry=symmetry_order(probabilities),
         azimuth_fine_mean_degrees=round(math.degrees(first.azimuth_fine_mean), 4),
         azimuth_fine_deviation_degrees=round(math.degrees(first.azimuth_fine_deviation), 4),
         shape_deviation=_numbers(shape_deviation),
@@ -116,6 +118,7 @@ def _view(manifest: Manifest, view: View, hypotheses: int) -> ViewReport:
         azimuth_degrees=round(math.degrees(posterior.azimuth), 4),
         azimuth_confidence=round(float(probabilities.max()), 7),
         azimuth_entropy_nats=_entropy(probabilities),
+        azimuth_symmetry=symmetry_order(probabilities),
         hypotheses=_hypotheses(manifest, posterior, hypotheses),
         light_azimuth_degrees=round(math.degrees(_light_azimuth(posterior)), 4),
         out_of_class_score=None if score is None else round(score, 4),

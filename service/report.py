@@ -57,6 +57,9 @@ class PosteriorReport:
     azimuth_bins: tuple[BinReport, ...]
     azimuth_entropy_nats: float
     """Entropy of the bins: 0 is certain, the logarithm of their number is no idea."""
+    azimuth_symmetry: int
+    """Turned by a full turn divided by this, the object is about as probable: 1 where all turns are told apart, the
+    number of bins where none is."""
     azimuth_fine_mean_degrees: float
     azimuth_fine_deviation_degrees: float
     shape_deviation: tuple[float, ...]
@@ -80,6 +83,7 @@ class ViewReport:
     azimuth_degrees: float
     azimuth_confidence: float
     azimuth_entropy_nats: float
+    azimuth_symmetry: int
     hypotheses: tuple[HypothesisReport, ...]
     light_azimuth_degrees: float
     out_of_class_score: float | None

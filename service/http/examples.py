@@ -19,6 +19,7 @@ RECONSTRUCTION: Final[dict[str, Any]] = {
             {"azimuth_degrees": 30.0, "probability": 0.981},
         ],
         "azimuth_entropy_nats": 0.094,
+        "azimuth_symmetry": 1,
         "azimuth_fine_mean_degrees": 4.2181,
         "azimuth_fine_deviation_degrees": 2.5,
         "shape_deviation": [0.1021443, 0.3340902],
@@ -35,6 +36,7 @@ RECONSTRUCTION: Final[dict[str, Any]] = {
             "azimuth_degrees": 34.2181,
             "azimuth_confidence": 0.981,
             "azimuth_entropy_nats": 0.094,
+            "azimuth_symmetry": 1,
             "hypotheses": [
                 {"azimuth_degrees": 34.2181, "probability": 0.981},
                 {"azimuth_degrees": -145.7819, "probability": 0.019},

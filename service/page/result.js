@@ -69,7 +69,7 @@ function compare(find, bare) {
 
 function tellPose(find, report) {
   const { azimuth_degrees: azimuth, hypotheses, views, posterior } = report;
-  find("pose-words").textContent = `The front points ${bearing(azimuth)}.`;
+  find("pose-words").textContent = `The front points ${bearing(azimuth)}.${alike(posterior)}`;
   drawDial(find("dial"), find("dial-label"), report);
   find("hypotheses").replaceChildren(
     ...hypotheses.map((guess) =>
@@ -87,6 +87,11 @@ function tellPose(find, report) {
     const turns = views.map((view) => degrees(view.azimuth_degrees));
     find("views").textContent = `The shape is that of ${views.length} pictures together, seen at ${listed(turns)}.`;
   }
+}
+
+function alike({ azimuth_symmetry: order, azimuth_bins: bins }) {
+  if (order === bins.length) return " But its front cannot be told: turned otherwise it would look alike.";
+  return order > 1 ? ` Turned by ${degrees(360 / order)} it would look alike.` : "";
 }
 
 function tellLight(find, { lights, ambient, posterior }) {

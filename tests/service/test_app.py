@@ -15,6 +15,7 @@ from PIL import Image
 from service.generation import sample
 from service.inference import Engine
 from service.reconstruction import reconstruct
+from service.symmetry import symmetry_order
 from tests.service.asking import post, problem
 
 JSON = {"Accept": "application/json"}
@@ -56,6 +57,7 @@ def test_the_same_as_json(client: httpx.Client, engine: Engine, picture: bytes) 
     assert probabilities.sum() == pytest.approx(1, abs=1e-5)
     assert posterior["azimuth_confidence"] == pytest.approx(probabilities.max(), abs=1e-6)
     assert posterior["azimuth_entropy_nats"] == pytest.approx(-(probabilities * np.log(probabilities)).sum(), abs=1e-4)
+    assert posterior["azimuth_symmetry"] == content["views"][0]["azimuth_symmetry"] == symmetry_order(probabilities)
     best = posterior["azimuth_bins"][int(probabilities.argmax())]["azimuth_degrees"]
     difference = best + posterior["azimuth_fine_mean_degrees"] - content["azimuth_degrees"]
     assert math.remainder(difference, 360) == pytest.approx(0, abs=1e-3)
