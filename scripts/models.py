@@ -42,6 +42,8 @@ FIGURES = (
     "flipped",
     "light_error_degrees",
     "azimuth_calibration_error",
+    "untempered_calibration_error",
+    "azimuth_temperature",
     "chamfer_distance",
     "objects",
     "pictures",
