@@ -110,7 +110,7 @@ def test_a_longer_look(name: str) -> None:
     assert rows(section("A longer look"))[name] == [
         f"{encoded['iou']:.2f} → {refined['iou']:.2f}",
         *(f"{before} → {after}" for before, after in zip(pose(encoded), pose(refined), strict=True)),
-        f"{encoded['azimuth_calibration_error']:.2f} → {refined['azimuth_calibration_error']:.2f}",
+        f"{encoded['untempered_calibration_error']:.2f} → {refined['untempered_calibration_error']:.2f}",
         f"{real['iou']:.2f} → {real_refined['iou']:.2f}",
         guesses(real),
         f"{pose(real)[0]} → {pose(real_refined)[0]}",
