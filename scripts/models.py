@@ -81,8 +81,9 @@ DETAILED = {
 SHARP = {name: Model(name, name, preset="sharp", steps=1500) for name in ("car", "rifle", "sofa", "vessel")}
 # Blocks go on finding their places for long, too: corner sofas come late.
 SHARP["sofa"] = replace(SHARP["sofa"], steps=4500)
-# Of the seeds 0 and 1, on validation pictures.
-SHARP["rifle"] = replace(SHARP["rifle"], options=("--seed", "1"))
+# What is thin wants more pixels, too. The rifles' seed is the better of 0 and 1 on validation pictures.
+CLOSER = ("--width", "96", "--height", "72")
+SHARP["rifle"] = replace(SHARP["rifle"], steps=4500, options=(*CLOSER, "--seed", "1"))
 EITHER_WAY = {name: Model(name, name, preset="sharp", steps=1500, options=EARLY) for name in ("bathtub", "jar", "pot")}
 # Of the seeds 0, 1 and 2, on validation pictures.
 EITHER_WAY["bathtub"] = replace(EITHER_WAY["bathtub"], options=(*EARLY, "--seed", "1"))
