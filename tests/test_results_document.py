@@ -77,6 +77,32 @@ def test_the_readme_s_table(name: str) -> None:
     assert told == [f"{test['iou']:.2f}", guesses(test), *pose(test), f"{real['iou']:.2f}", guesses(real)]
 
 
+def flagged(name: str, symmetric: bool) -> str:
+    """The share of pictures of objects that half a turn leaves as they are, or not, that are told so."""
+    told = figures("docs/results/symmetry.json")["models"][name]["test"]
+    chosen = [
+        (int(order), count)
+        for own, orders in told.items()
+        if (own == "continuous" or int(own) % 2 == 0) == symmetric
+        for order, count in orders.items()
+    ]
+    return f"{100 * sum(count for order, count in chosen if order % 2 == 0) / sum(count for _, count in chosen):.0f} %"
+
+
+def test_which_turns_are_flagged() -> None:
+    text = " ".join(section("The models that ship").split())
+    both = [flagged("bench", True), flagged("bench", False), flagged("table", True), flagged("table", False)]
+    assert (
+        "of {} of the benches that it leaves as they are and of {} of the others, of {} and {} of tables".format(*both)
+        in text
+    )
+    fronts = [flagged(name, False) for name in ("car", "sofa", "chair", "bathtub", "loudspeaker", "vessel")]
+    assert f"of {fronts[0]} of cars that have a front, {fronts[1]} of sofas and no chair" in text
+    assert fronts[2] == "0 %"
+    assert "({}, {} and {})".format(*fronts[3:]) in text
+    assert {flagged(name, symmetric) for name in ("jar", "lamp", "pot") for symmetric in (True, False)} == {"100 %"}
+
+
 @pytest.mark.parametrize("name", CEILINGS)
 def test_how_far_such_meshes_can_come(name: str) -> None:
     told = rows(section("How far such meshes can come"))[name]
