@@ -179,7 +179,7 @@ def test_without_validation_pictures_only_the_model_s_own_frame_is_judged(
     arguments = ["--checkpoint", road / "run", "--images", road / "test", "--output", tmp_path]
     status, output, _ = answer(capsys, "evaluate", *arguments)
     assert status == 0
-    assert "no azimuth offset is fitted" in output
+    assert "neither azimuth offset nor temperature are fitted" in output
     report = json.loads((tmp_path / "metrics.json").read_text())
     assert report["iou"] is report["mean_shape_iou"] is report["azimuth_offset_degrees"] is None
     assert 0 < report["iou_unaligned"] < 1
