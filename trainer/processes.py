@@ -5,6 +5,8 @@ lies on GPUs. What a batch has in common (the aggregate posterior, the statistic
 the whole batch, so that any number of processes computes what one would.
 """
 
+import gc
+import importlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +23,9 @@ def joined() -> Iterator[None]:
     if int(os.environ.get("WORLD_SIZE", "1")) == 1:
         yield
         return
+    # DistributedDataParallel imports it, and its functions keep the group they find as a default for good: now none.
+    # gloo's threads end with the group, and one that lets go of a tensor while Python ends aborts the process.
+    importlib.import_module("torch.distributed.nn.functional")
     try:
         distributed.init_process_group("cpu:gloo,cuda:nccl" if torch.cuda.is_available() else "gloo")
     except (RuntimeError, ValueError) as error:
@@ -32,6 +37,7 @@ def joined() -> Iterator[None]:
         yield
     finally:
         distributed.destroy_process_group()
+        gc.collect()  # What trained refers to itself, and to the group.
 
 
 def count() -> int:

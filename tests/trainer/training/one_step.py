@@ -4,11 +4,12 @@ In double precision, so that what differs is not rounding: the normalisation of 
 """
 
 import sys
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
 import torch
-from torch import Tensor
+from torch import Tensor, distributed
 
 from trainer import processes
 from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
@@ -81,10 +82,12 @@ def main() -> None:
     folder, target = map(Path, sys.argv[1:])
     torch.set_num_threads(1)
     with processes.joined():
+        group = weakref.ref(distributed.group.WORLD)
         found = {name: first_step(config, folder) for name, config in SETTINGS.items()}
         found["reframing"] = first_reframing(folder)
         if processes.number() == 0:
             torch.save(found, target)
+    assert group() is None, "The group is still held: its threads may abort the process as Python ends."
 
 
 if __name__ == "__main__":
