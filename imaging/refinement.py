@@ -6,8 +6,8 @@ What is minimised is the negative log posterior that training ends with, in unit
 
 summed over the pictures of an object, which share z. It is a sum of squares of about a dozen unknowns, so the steps
 are those of Levenberg and Marquardt, whose Jacobian is had by drawing each unknown's neighbours: no derivative of a
-renderer is needed, and whoever can draw can refine. Which of the coarse poses is followed downhill is decided first, as
-the E-step of training does: by all of their drawings, and by what the encoder says.
+renderer is needed, and whoever can draw can refine. The coarse pose that is followed downhill is the encoder's:
+drawings of all of them do not tell better which is right.
 """
 
 from collections.abc import Callable
@@ -27,17 +27,12 @@ Draw = Callable[[Floats, Floats, Floats | None], Array]
 
 PRIOR_WEIGHT: Final = 8.0
 """β for a picture of `FULL_PIXELS`; in proportion for others. The KL weight that the recipe ends with."""
-TEMPERATURE: Final = 24.0
-"""T of the E-step for such a picture. The one that the recipe ends with."""
 FULL_PIXELS: Final = 128 * 96
 
 CODE_STEP: Final = 0.5
 """How far a number of the shape code goes to see what it does; its prior's standard deviation is 1."""
 ANGLE_STEP: Final = 0.1
 """Radians: about two pixels at the rim of a picture of 64 × 48."""
-_TEMPER: Final = 0.3
-"""Power of a pose's evidence. The encoder has seen the picture that the drawings are compared with: both together are
-too sure. Fitted on held-out pictures of three models: probabilities are then nearer to how often they are right."""
 _FIRST_DAMPING: Final = 0.01
 _ATTEMPTS: Final = 3
 """Steps tried from one place, each shorter than the one before."""
@@ -63,53 +58,6 @@ class Refined(NamedTuple):
     energy_before: float
     energy_after: float
     iterations: int
-
-
-class Found(NamedTuple):
-    """What a search came to."""
-
-    refined: Refined
-    probabilities: Floats
-    """[N, R], of the coarse poses."""
-    bins: NDArray[np.int64]
-    """[N], the coarse pose that each picture's azimuth was followed from."""
-
-
-def search(
-    draw: Draw,
-    pictures: Array,
-    guess: Guess,
-    bin_centres: Floats,
-    probabilities: Floats,
-    iterations: int,
-    seconds: float | None = None,
-) -> Found:
-    """From what an encoder says of N pictures [N, 3, H, W] of one object to what explains them better.
-
-    `guess` holds its shape code, its lights, and as azimuths [N] the means of the fine angles, which are added to the
-    `bin_centres` [R]; `probabilities` [N, R] are the bins'. The bins are weighed by their drawings, and all is refined
-    from the best one of each picture.
-    """
-    candidates = bin_centres + guess.azimuths[:, None]
-    weighed = weigh_poses(draw, pictures, guess, candidates, probabilities)
-    bins = weighed.argmax(1)
-    start = guess._replace(azimuths=candidates[np.arange(len(bins)), bins])
-    return Found(refine(draw, pictures, start, iterations, seconds), weighed, bins)
-
-
-def weigh_poses(draw: Draw, pictures: Array, guess: Guess, candidates: Floats, probabilities: Floats) -> Floats:
-    """How probable each candidate azimuth [N, R] of each picture [N, 3, H, W] is, given the guess's shape: [N, R], its
-    drawing's likelihood at the recipe's final temperature times the probability that it had before [N, R], tempered."""
-    count, bins = candidates.shape
-    shown = np.repeat(np.arange(count), bins)
-    codes = np.repeat(guess.shape_code[None], count * bins, 0)
-    lights = None if guess.light_azimuths is None else np.repeat(guess.light_azimuths, bins)
-    drawn = pyramid(draw(codes, candidates.ravel(), lights))
-    misfit = 0.5 * np.square(drawn - pyramid(pictures)[shown], dtype=np.float64).sum(1).reshape(count, bins)
-    evidence = np.log(np.maximum(probabilities, 1e-30)) - misfit / (TEMPERATURE * _share(pictures))
-    weights = np.exp(_TEMPER * (evidence - evidence.max(1, keepdims=True)))
-    normalised: Floats = weights / weights.sum(1, keepdims=True)
-    return normalised
 
 
 def refine(draw: Draw, pictures: Array, guess: Guess, iterations: int, seconds: float | None = None) -> Refined:

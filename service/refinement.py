@@ -1,4 +1,4 @@
-"""From the encoder's word to what explains pictures better: the search of `imaging.refinement`, drawn by the service.
+"""From the encoder's word to what explains pictures better: the descent of `imaging.refinement`, drawn by the service.
 
 The same picture gives the same answer as long as the time suffices.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from imaging.alignment import aligned
 from imaging.preparation import Prepared
-from imaging.refinement import Draw, Guess, search
+from imaging.refinement import Draw, Guess, refine
 from service.inference import Array, Engine, Posterior, decode_all
 from service.rendering.picture import draw_all
 from service.rendering.projection import project
@@ -51,8 +51,8 @@ def improve(
 ) -> Improved:
     """Poses, lights and the shape code that explain the pictures better, together.
 
-    The coarse poses are weighed anew by their drawings first. Pictures of cut-out objects, whose size and place are a
-    guess, are brought to where the encoder's answer is drawn. Raises InferenceError as the graphs do.
+    How probable the coarse poses are stays the encoder's word. Pictures of cut-out objects, whose size and place are a
+    guess, are brought to where its answer is drawn. Raises InferenceError as the graphs do.
     """
     draw = _drawing(engine)
     lights = [posterior.light.azimuth for posterior in posteriors if posterior.light is not None]
@@ -64,11 +64,8 @@ def improve(
             for prepared, drawn in zip(pictures, first, strict=True)
         ]
     )
-    centres = np.radians(engine.manifest.azimuth_bin_centres_degrees)
-    fine = np.array([posterior.azimuth_fine_mean for posterior in posteriors])
-    told = np.array([posterior.azimuth_probabilities for posterior in posteriors], np.float64)
-    guess = Guess(shape_code.astype(np.float64), fine, np.array(lights) if lights else None)
-    after, probabilities, bins = search(draw, seen, guess, centres, told, *effort)
+    guess = Guess(shape_code.astype(np.float64), turned, np.array(lights) if lights else None)
+    after = refine(draw, seen, guess, *effort)
     improved = []
     for number, posterior in enumerate(posteriors):
         azimuth = float(after.guess.azimuths[number])
@@ -78,8 +75,7 @@ def improve(
         improved.append(
             replace(
                 posterior,
-                azimuth_probabilities=probabilities[number].astype(np.float32),
-                azimuth_fine_mean=azimuth - float(centres[bins[number]]),
+                azimuth_fine_mean=posterior.azimuth_fine_mean + azimuth - posterior.azimuth,
                 azimuth=(azimuth + math.pi) % (2 * math.pi) - math.pi,
                 light=light,
             )

@@ -82,11 +82,11 @@ def test_the_pose_and_the_shape_that_were_drawn_are_found(engine: Engine, code: 
     assert found.azimuth_probabilities.sum() == pytest.approx(1, abs=1e-5)
 
 
-def test_a_wrong_bin_is_left_for_the_one_that_explains_the_picture(engine: Engine, code: np.ndarray) -> None:
+def test_how_probable_poses_are_stays_the_encoders_word(engine: Engine, code: np.ndarray) -> None:
     prepared = Prepared(drawn(engine, code, AZIMUTH), "framed")
-    posterior = near(engine, prepared.picture, code, AZIMUTH + math.pi)
-    better = improve(engine, [prepared], [posterior], code, ENOUGH)
-    assert better.posteriors[0].azimuth == pytest.approx(AZIMUTH, abs=0.05)
+    posterior = near(engine, prepared.picture, code, AZIMUTH + 0.1)
+    (found,) = improve(engine, [prepared], [posterior], code, ENOUGH).posteriors
+    np.testing.assert_array_equal(found.azimuth_probabilities, posterior.azimuth_probabilities)
 
 
 def test_what_was_cut_out_has_no_size_of_its_own(engine: Engine, code: np.ndarray) -> None:
@@ -139,7 +139,7 @@ def test_the_answer_tells_what_was_gained(engine: Engine, code: np.ndarray, enco
     np.testing.assert_allclose(vertices_of(better.content), shape.vertices, atol=1e-5)
 
 
-def test_no_time_leaves_the_best_of_the_bins(engine: Engine, code: np.ndarray) -> None:
+def test_no_time_leaves_the_guess(engine: Engine, code: np.ndarray) -> None:
     prepared = Prepared(drawn(engine, code, AZIMUTH), "framed")
     posterior = near(engine, prepared.picture, code, AZIMUTH)
     better = improve(engine, [prepared], [posterior], code, Effort(10, 0.0))

@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float, Int64
 from torch import Tensor
 
-from imaging.refinement import Draw, Guess, search
+from imaging.refinement import Draw, Guess, refine
 from trainer.config import SceneConfig
 from trainer.evaluation.gallery import render
 
@@ -36,27 +36,23 @@ def refined(
 ) -> tuple[Inference, Float[Tensor, "K Z"]]:
     """The same with better poses and lights, and better shape codes, of K objects in B / K consecutive pictures each.
 
-    The coarse pose is decided by the drawings of all of them; then shape, pose and light follow their pictures.
+    From the most probable coarse pose and the mean of the fine one, shape, pose and light follow their pictures.
     """
     draw = drawing(decode, faces, scene)
-    views, centres = len(images) // len(codes), bin_centres.double().numpy()
+    views = len(images) // len(codes)
+    azimuths = (bin_centres[inference.probabilities.argmax(1)] + inference.azimuth_fine_mean).double().numpy()
     found = []
     for number, code in enumerate(codes.double().numpy()):
         mine = slice(number * views, (number + 1) * views)
-        pictures = images[mine].numpy()
-        fine = inference.azimuth_fine_mean[mine].double().numpy()
         light = None if inference.light_azimuths is None else inference.light_azimuths[mine].double().numpy()
-        told = inference.probabilities[mine].double().numpy()
-        after, probabilities, bins = search(draw, pictures, Guess(code, fine, light), centres, told, iterations)
-        found.append((after.guess, probabilities, after.guess.azimuths - centres[bins]))
-    lights = [guess.light_azimuths for guess, _, _ in found if guess.light_azimuths is not None]
-    better = Inference(
-        inference.shape_mean,
-        _joined([probabilities for _, probabilities, _ in found]),
-        _joined([fine for _, _, fine in found]),
-        _joined(lights) if lights else None,
+        guess = Guess(code, azimuths[mine], light)
+        found.append(refine(draw, images[mine].numpy(), guess, iterations).guess)
+    moved = _joined([guess.azimuths for guess in found]) - _joined([azimuths])
+    lights = [guess.light_azimuths for guess in found if guess.light_azimuths is not None]
+    better = inference._replace(
+        azimuth_fine_mean=inference.azimuth_fine_mean + moved, light_azimuths=_joined(lights) if lights else None
     )
-    return better, _joined([guess.shape_code[None] for guess, _, _ in found])
+    return better, _joined([guess.shape_code[None] for guess in found])
 
 
 def drawing(
