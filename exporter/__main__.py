@@ -13,10 +13,10 @@ from pydantic import JsonValue
 
 from exporter.errors import ExportError
 from exporter.export import export
+from exporter.held_out import files_in
 from exporter.precision import PrecisionName
 from exporter.repacking import float32_bundle, repack
 from service.manifest import Manifest
-from trainer.data.images import load_image_folder
 from trainer.errors import ChiaroError, ConfigError
 from trainer.evaluation.metrics import TEMPERATURES
 from trainer.training.checkpoint import load_checkpoint
@@ -71,7 +71,7 @@ def _exported(options: ExportOptions) -> Manifest:
     offset = _fitted(options, metrics, OFFSET_KEY, 0.0, (-360, 360))
     temperature = _fitted(options, metrics, TEMPERATURE_KEY, 1.0, TEMPERATURES)
     checkpoint = load_checkpoint(options.checkpoint)
-    held_out = _read_files(options.images, checkpoint.model.width, checkpoint.model.height)
+    held_out = files_in(options.images, checkpoint.model.width, checkpoint.model.height) if options.images else []
     return export(
         checkpoint,
         options.output,
@@ -96,7 +96,7 @@ def _repacked(options: ExportOptions) -> Manifest:
         raise ConfigError("expected --precision float16 or int8 with --bundle, found float32, which the bundle has")
     bundle = float32_bundle(cast(Path, options.bundle))
     size = bundle.manifest.picture
-    held_out = _read_files(options.images, size.width, size.height)
+    held_out = files_in(options.images, size.width, size.height) if options.images else []
     return repack(bundle, options.output, options.precision, held_out)
 
 
@@ -151,13 +151,6 @@ def _read_metrics(path: Path) -> dict[str, JsonValue]:
     if not isinstance(content, dict):
         raise ExportError(f"{path}: expected a JSON object, found a {type(content).__name__}; {advice}")
     return content
-
-
-def _read_files(folder: Path | None, width: int, height: int) -> list[bytes]:
-    """The files of a folder's pictures that can be used."""
-    if folder is None:
-        return []
-    return [(folder / name).read_bytes() for name in load_image_folder(folder, width, height).names]
 
 
 def _refuse_constant(name: str) -> float:

@@ -1,6 +1,7 @@
 """What pictures that a model was not trained on cost it: the yardstick of the service's out-of-class score."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -15,9 +16,15 @@ from service.image import read_picture
 from service.inference import Engine, decode, encode
 from service.manifest import Errors, HeldOut
 from trainer.data.decoding import MOST_PIXELS
+from trainer.data.images import load_image_folder
 
 LEAST_PICTURES: Final = 20
 """Of fewer, nobody knows which error one in twenty exceeds."""
+
+
+def files_in(folder: Path, width: int, height: int) -> list[bytes]:
+    """The files of a folder's pictures that can be used. Raises DataError where there are none."""
+    return [(folder / name).read_bytes() for name in load_image_folder(folder, width, height).names]
 
 
 def read_pictures(
@@ -47,6 +54,12 @@ def measure_held_out(engine: Engine, files: Sequence[bytes]) -> HeldOut:
     return HeldOut(pictures=len(files), framed=_errors(framed), fitted=_errors(fitted))
 
 
+def error_of(engine: Engine, prepared: Prepared) -> float:
+    """The re-render error of a picture that was prepared for the engine."""
+    posterior = encode(engine, prepared.picture)
+    return unexplained(engine, prepared, posterior, decode(engine, posterior.shape_mean))
+
+
 def _error(engine: Engine, content: bytes, keep_framed: bool) -> float | None:
     """The error of one picture; None where it cannot be read, or is not framed although it should be."""
     size, camera = engine.manifest.picture, engine.manifest.camera
@@ -55,8 +68,7 @@ def _error(engine: Engine, content: bytes, keep_framed: bool) -> float | None:
     )
     if prepared is None or (keep_framed and prepared.method != "framed"):
         return None
-    posterior = encode(engine, prepared.picture)
-    return unexplained(engine, prepared, posterior, decode(engine, posterior.shape_mean))
+    return error_of(engine, prepared)
 
 
 def _prepared(

@@ -4,6 +4,7 @@
     WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened
     OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and samples
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
+    WORK/pictures/rivals/<class>/   what all bundles of OUTPUT are shown, to fit how strictly `auto` judges each
 
 Candidates are trained for a while and compared on validation pictures, and the best is trained anew, to the end; test
 pictures and real meshes are only looked at afterwards. Each model is there as soon as its training has ended, and the
@@ -28,7 +29,8 @@ from trainer.data.writing import write_bytes
 from trainer.training.checkpoint import FILE_NAME as CHECKPOINT
 
 SCREENING_STEPS = 500
-VALIDATION_OBJECTS, TEST_OBJECTS = 200, 400
+VALIDATION_OBJECTS, TEST_OBJECTS, RIVAL_OBJECTS = 200, 400, 40
+VALIDATION_SEED = 1
 PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
 FIGURES = (
     "iou",
@@ -170,6 +172,7 @@ def main() -> int:
     finally:
         # After a failure or Ctrl-C, those that run save and end, and no other begins.
         threads.shutdown(cancel_futures=True)
+    fit_rivals(workshop)
     return 0
 
 
@@ -268,6 +271,18 @@ def progress(directory: Path) -> dict[str, Any]:
     """A training's last step, and its figures."""
     last: dict[str, Any] = json.loads((directory / "metrics.jsonl").read_text().splitlines()[-1])
     return last
+
+
+def fit_rivals(workshop: Workshop) -> None:
+    """Writes into all bundles of the service, where there are several, how strictly `auto` judges each."""
+    bundles = [manifest.parent.name for manifest in sorted(workshop.output.glob("*/manifest.json"))]
+    if len(bundles) < 2:
+        return
+    pictures = workshop.work / "pictures" / "rivals"
+    for category in bundles:
+        run("trainer", "render", "--class", category, "--seed", VALIDATION_SEED, "--instances", RIVAL_OBJECTS,
+            "--output", pictures / category, quiet=True)  # fmt: skip
+    run("exporter.rivals", "--models", workshop.output, "--images", pictures, quiet=True)
 
 
 def write_figures(output: Path, name: str, figures: dict[str, Any]) -> None:

@@ -60,18 +60,24 @@ def out_of_class_score(held_out: HeldOut | None, method: Method, error: float) -
     return max(0.0, (error - errors.median) / (errors.high - errors.median))
 
 
-def category_probabilities(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
+def category_probabilities(
+    errors: Mapping[str, Sequence[float]], biases: Mapping[str, float] | None = None
+) -> dict[str, float]:
     """How probable each category is, from the re-render errors of its model on the pictures, the most probable first.
 
-    P ∝ Π error⁻⁵: the likelihood of ten independent numbers with normal noise of unknown size.
+    P ∝ e^bias Π error⁻⁵: the likelihood of ten independent numbers with normal noise of unknown size. The bias, 0 if
+    absent, is that of the model's manifest.
     """
-    evidence = {
-        name: -_SHARPNESS * sum(math.log(max(error, 1e-9)) for error in found) for name, found in errors.items()
-    }
+    evidence = {name: category_evidence(found) + (biases or {}).get(name, 0.0) for name, found in errors.items()}
     highest = max(evidence.values())
     weights = {name: math.exp(value - highest) for name, value in evidence.items()}
     total = sum(weights.values())
     return {name: weights[name] / total for name in sorted(weights, key=lambda name: (-weights[name], name))}
+
+
+def category_evidence(errors: Sequence[float]) -> float:
+    """Logarithm, up to a constant, of how probable pictures are that a model explains up to these errors."""
+    return -_SHARPNESS * sum(math.log(max(error, 1e-9)) for error in errors)
 
 
 def _square(width: int, height: int) -> int:

@@ -36,6 +36,9 @@ LIGHT_OUTPUTS: Final = ("light_probabilities", "light_fine_mean", "light_fine_de
 DECODER_INPUT: Final = "shape_codes"
 DECODER_OUTPUTS: Final = ("vertices", "normals")
 
+MOST_BIAS: Final = 20.0
+"""Nats: no category may be preferred or put back by more."""
+
 Intensity = Annotated[float, Field(ge=0, le=100)]
 Colour = tuple[Intensity, Intensity, Intensity]
 
@@ -154,6 +157,9 @@ class Manifest:
     """What the exporter divided the bins' logits by: fitted, like the offset, where poses are known; 1 as trained."""
     precision: Precision | None = None
     """None where all weights are float32."""
+    category_bias: Annotated[float, Field(ge=-MOST_BIAS, le=MOST_BIAS)] = 0.0
+    """Added to the logarithm of how probable the category is beside others, nats: a model that explains much is judged
+    more strictly. Fitted by `python -m exporter.rivals` on pictures of all categories that are served together."""
 
 
 _ADAPTER = TypeAdapter(Manifest)

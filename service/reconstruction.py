@@ -57,14 +57,17 @@ def reconstruct(
     refining = ("refine",) if effort.iterations else ()
     seconds = dict.fromkeys(("picture", "encoder", "decoder", "render", *refining, form), 0.0)
     began = perf_counter()
-    frames = tuple(dict.fromkeys(_frame(engine) for engine in engines))
+    frames = tuple(dict.fromkeys(frame_for(engine) for engine in engines))
     read = [dict(zip(frames, read_pictures(content, frames, max_pixels), strict=True)) for content in contents]
     seconds["picture"] += perf_counter() - began
     candidates = {
-        engine.manifest.category: _try(engine, tuple(seen[_frame(engine)] for seen in read), seconds)
+        engine.manifest.category: _try(engine, tuple(seen[frame_for(engine)] for seen in read), seconds)
         for engine in engines
     }
-    probabilities = category_probabilities({name: candidate.errors for name, candidate in candidates.items()})
+    probabilities = category_probabilities(
+        {name: candidate.errors for name, candidate in candidates.items()},
+        {name: candidate.engine.manifest.category_bias for name, candidate in candidates.items()},
+    )
     told = probabilities if len(engines) > 1 else None
     reports = ((candidates[name], _report(candidates[name], told, hypotheses)) for name in probabilities)
     best, report = _first_explained(reports)
@@ -77,6 +80,13 @@ def reconstruct(
     content = _glb(best, report, blocks) if form == "glb" else _png(best, contents[0], max_pixels)
     seconds[form] += perf_counter() - began
     return Answer(content, report, milliseconds(seconds))
+
+
+def frame_for(engine: Engine, scale: int = 1) -> Frame:
+    """Where the model expects objects in its pictures, or in pictures `scale` times as large."""
+    size, camera = engine.manifest.picture, engine.manifest.camera
+    width, height = scale * size.width, scale * size.height
+    return frame_of(width, height, camera.distance, camera.field_of_view_degrees, size.zoom)
 
 
 def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, float]) -> Candidate:
@@ -113,13 +123,6 @@ def _refined(candidate: Candidate, effort: Effort) -> tuple[Candidate, Refinemen
     before, after = (round(sum(found) / len(found), 6) for found in (candidate.errors, errors))
     new = candidate._replace(posteriors=better.posteriors, shape_code=better.shape_code, surface=surface)
     return new, RefinementReport(better.iterations, before, after)
-
-
-def _frame(engine: Engine, scale: int = 1) -> Frame:
-    """Where the model expects objects in its pictures, or in pictures `scale` times as large."""
-    size, camera = engine.manifest.picture, engine.manifest.camera
-    width, height = scale * size.width, scale * size.height
-    return frame_of(width, height, camera.distance, camera.field_of_view_degrees, size.zoom)
 
 
 def _report(
@@ -175,7 +178,7 @@ def _png(candidate: Candidate, content: bytes, max_pixels: int) -> bytes:
     seen = candidate.pictures[0]
     picture = seen.picture.repeat(scale, 1).repeat(scale, 2)
     try:
-        (closer,) = read_pictures(content, (_frame(engine, scale),), max_pixels)
+        (closer,) = read_pictures(content, (frame_for(engine, scale),), max_pixels)
     except ImageError:
         # Looked at more closely, its background may be too restless to be told from the object.
         closer = seen

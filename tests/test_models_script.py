@@ -21,6 +21,7 @@ class Commands:
         self.figures = figures
         self.trained: list[tuple[str, int, bool]] = []
         self.judged: list[str] = []
+        self.rivals: list[str] = []
 
     def __call__(self, module: str, *arguments: object, quiet: bool = False) -> None:
         options = dict(zip(map(str, arguments), arguments[1:], strict=False))
@@ -28,6 +29,11 @@ class Commands:
             bundle = Path(str(options["--output"]))
             bundle.mkdir(parents=True, exist_ok=True)
             (bundle / "manifest.json").write_text(str(options["--checkpoint"]))
+        elif module == "exporter.rivals":
+            assert all((Path(str(options["--models"])) / name / "manifest.json").exists() for name in self.rivals)
+            self.rivals.append("fitted")
+        elif arguments[0] == "render" and "rivals" in str(options["--output"]):
+            self.rivals.append(str(options["--class"]))
         elif arguments[0] == "train":
             directory, steps = Path(str(options["--run"])), int(str(options["--optimiser.steps"]))
             self.trained.append((directory.name, steps, "--resume" in arguments))
@@ -70,6 +76,11 @@ def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         return commands
 
     return made
+
+
+def test_several_bundles_are_judged_beside_each_other(make: Callable[..., Commands]) -> None:
+    assert make("--only", "sofa", "car-white-light", "--steps", "50").rivals == []
+    assert make("--only", "car", "--steps", "50").rivals == ["car", "sofa", "fitted"]
 
 
 def test_all_candidates_are_screened_and_the_best_is_trained(make: Callable[..., Commands], tmp_path: Path) -> None:
