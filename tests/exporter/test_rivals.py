@@ -12,7 +12,6 @@ import torch
 from exporter.export import export
 from exporter.rivals import fitted_biases, main
 from service.bundle import MANIFEST_FILE, read_bundle
-from service.explanation import category_probabilities
 from service.inference import load_engine
 from service.manifest import MOST_BIAS
 from service.reconstruction import reconstruct
@@ -105,11 +104,6 @@ def test_the_command_writes_what_auto_then_uses(
     assert unbiased is not None
     odds = probabilities["car"] / probabilities["sofa"] / (unbiased["car"] / unbiased["sofa"])
     assert odds == pytest.approx(np.exp(biases["car"] - biases["sofa"]), rel=1e-3)
-
-
-def test_probabilities_with_a_bias() -> None:
-    found = category_probabilities({"a": [0.1], "b": [0.1]}, {"a": np.log(3.0)})
-    assert found == pytest.approx({"a": 0.75, "b": 0.25})
 
 
 def test_what_cannot_be_fitted_is_said_and_changes_nothing(

@@ -49,6 +49,7 @@ def test_a_whole_bundle_is_proven(copy: Path) -> None:
             lambda m: m.update(latent=13, parsimony=None),
             r"shape_mean: expected float32 \[1 to 16, 13\], found float32 \[2, 12\]",
         ),
+        (lambda m: m.update(category_bias=1e9), "category_bias: .*less than or equal to 20.* found 1000000000.0"),
         (lambda m: m.update(vertices=99), r"vertices: expected float32 \[1 to 16, 99, 3\]"),
         (lambda m: m.update(held_out={"pictures": 20}), "held_out.framed: "),
         (

@@ -106,3 +106,4 @@ def test_probabilities_of_categories_in_closed_form() -> None:
     pooled = category_probabilities({"a": [0.2, 0.1], "b": [0.1, 0.1]})
     assert pooled == pytest.approx({"a": 1 / 33, "b": 32 / 33})
     assert category_probabilities({"a": [0.0], "b": [1e300]})["a"] == 1
+    assert category_probabilities({"a": [0.1], "b": [0.1]}, {"a": math.log(3)}) == pytest.approx({"a": 0.75, "b": 0.25})
