@@ -31,7 +31,7 @@ class Options:
 
     output: Path = Path("benchmarks")
     """Folder for training.json."""
-    presets: tuple[str, ...] = ("quick", "sharp", "best", "paper")
+    presets: tuple[str, ...] = ("fast", "sharp", "paper")
     """Settings that are trained with."""
     steps: int = 60
     """Steps that are measured."""

@@ -21,7 +21,7 @@ def main() -> None:
         drawn = other.submit(draw_a_triangle)
         rendered, directory = Path(folder) / "pictures", Path(folder) / "run"
         run("trainer", "render", "--class", "car", "--instances", 8, "--output", rendered, quiet=True)
-        run("trainer", "train", "--images", rendered, "--run", directory, "--preset", "quick", "--optimiser.steps", 1,
+        run("trainer", "train", "--images", rendered, "--run", directory, "--preset", "fast", "--optimiser.steps", 1,
             "--optimiser.batch-size", 4, quiet=True)  # fmt: skip
         run("trainer", "evaluate", "--checkpoint", directory, "--validation", rendered, "--images", rendered,
             "--output", Path(folder) / "found", quiet=True)  # fmt: skip

@@ -47,7 +47,7 @@ def _width_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
         ("train", ["--meshes DIR Instead of --images", "--shapenet DIR", "--instances INT", "--mesh-memory-mib INT"]),
         ("train", ["--images {None}|PATH", "--run PATH", "--optimiser.learning-rate FLOAT", "(paper: 10⁻³, constant)"]),
         ("train", ["--threads INT", "0 means one per core. (default: 0)", "--intervals.checkpoint INT", "steps;"]),
-        ("train", ["Presets: ", "best", "paper", "--preset STR", "(default: sharp)"]),
+        ("train", ["Presets: ", "balanced", "paper", "--preset STR", "(default: sharp)"]),
         (
             "evaluate",
             ["--checkpoint {None}|PATH", "--bundle {None}|PATH", "1 to 360 (paper: 24)", "(default: 24)", "--json"],
@@ -112,7 +112,7 @@ def test_what_needs_no_torch_does_not_wait_for_it(command: str) -> None:
         ("train --images a --run b --optimiser.step 3", "Perhaps you meant: --optimiser.steps INT"),
         ("train --images a --run b --loss.objectve exact", "Perhaps you meant: --loss.objective {exact,paper}"),
         ("train --images a --run b --loss.objective best", "best"),
-        ("train --images a --run b --preset bets", "no preset 'bets'; did you mean 'best'?"),
+        ("train --images a --run b --preset shrap", "no preset 'shrap'; did you mean 'sharp'?"),
         ("render --output out --class car --width ten", "--width"),
         ("render --output out", "either --class CLASS or --meshes DIRECTORY, found both or neither"),
         ("render --output out --class car --meshes there", "found both or neither"),

@@ -1,22 +1,38 @@
 """Every preset is a setting that a training accepts, and a wrong one is answered with the nearest right one."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from trainer.config import TrainConfig
 from trainer.errors import ConfigError
-from trainer.presets import load_preset, preset_names
+from trainer.presets import DEFAULT, load_preset, preset_names
 from trainer.training.checks import check_settings
 
 
 def test_the_presets_that_the_documentation_names_are_there() -> None:
-    assert {"best", "detailed", "paper", "sharp"} <= set(preset_names())
+    assert {"balanced", "detailed", "fast", "paper", "sharp"} <= set(preset_names())
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_every_preset_is_a_training_that_could_begin(name: str) -> None:
     check_settings(load_preset(name))
+
+
+@pytest.mark.parametrize(("name", "size", "steps"), [("fast", (48, 36), 300), ("balanced", (64, 48), 600)])
+def test_short_presets_are_the_default_one_with_shorter_schedules(name: str, size: tuple[int, int], steps: int) -> None:
+    default, preset = load_preset(DEFAULT), load_preset(name)
+    schedules = {
+        "kl_cooling_steps": 100,
+        "temperature_cooling_steps": 70,
+        "encoder_prior_steps": 170,
+        "e_step_centred_steps": 170,
+    }
+    assert all(getattr(default.loss, schedule) > short for schedule, short in schedules.items())
+    width, height = size
+    loss, optimiser = replace(default.loss, **schedules), replace(default.optimiser, steps=steps)
+    assert preset == replace(default, width=width, height=height, loss=loss, optimiser=optimiser)
 
 
 def test_the_paper_s_preset_is_what_the_paper_says() -> None:

@@ -62,7 +62,7 @@ class SelectCommand:
     """Whether the lights stand still, or turn by an angle that is inferred from each picture."""
     symmetries: tuple[Symmetry, ...] = ("none", "mirror")
     """Whether shapes are free, or their own mirror images, left to right."""
-    preset: str = "quick"
+    preset: str = "balanced"
     """Named settings, or a TOML file, that all candidates share; its --model.* as far as no option here sets it."""
     steps: int = 0
     """Steps that the last candidates come to; 0 means the preset's, more there cannot be."""

@@ -17,7 +17,7 @@ from trainer.config import TrainConfig
 from trainer.data.shapes.catalogue import check_category
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
-from trainer.presets import load_preset
+from trainer.presets import DEFAULT, load_preset
 from trainer.tables.cells import Entry, Task, entries_of, tasks_of
 from trainer.tables.page import as_json, as_markdown
 from trainer.tables.pictures import missing_folders, render_missing
@@ -50,9 +50,8 @@ class TableCommand:
     """Classes of objects; by default those of the paper's table."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds of the trainings, a training each."""
-    preset: str = ""
-    """Recipe that every setting starts from: a preset, or a TOML file; by default best, of ablation and seeds sharp.
-    paper-small has the paper's objective."""
+    preset: str = DEFAULT
+    """Recipe that every setting starts from: a preset, or a TOML file. paper-small has the paper's objective."""
     steps: int = 0
     """Steps of each training; 0 means the preset's."""
     budget: float = 0.0
@@ -127,13 +126,12 @@ class TableCommand:
                     f"Expected --test-views to be a multiple of {views}, found {self.test_views}: {self.name} judges "
                     f"{views} pictures of an object together."
                 )
-        preset = self.preset or table.preset
-        recipe = self._recipe(preset)
+        recipe = self._recipe()
         # What a zoom enlarges has to be there.
         size = (ENLARGED * recipe.width, ENLARGED * recipe.height) if recipe.zoom != 1 else None
         return Study(
             root=self.output,
-            recipe_name=Path(preset).stem,
+            recipe_name=Path(self.preset).stem,
             recipe=recipe,
             instances=self.instances or (4000 if self.shapenet is None else None),
             test_instances=self.test_instances,
@@ -143,8 +141,8 @@ class TableCommand:
             picture_size=size,
         )
 
-    def _recipe(self, preset: str) -> TrainConfig:
-        recipe = load_preset(preset)
+    def _recipe(self) -> TrainConfig:
+        recipe = load_preset(self.preset)
         if self.steps:
             recipe = replace(recipe, optimiser=replace(recipe.optimiser, steps=self.steps))
         return recipe

@@ -20,7 +20,7 @@ from trainer.data.source import PictureSource
 from trainer.data.streaming import ShardPictures, open_shards
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
-from trainer.presets import load_preset, preset_names, preset_setting
+from trainer.presets import DEFAULT, load_preset, preset_names, preset_setting
 from trainer.selection.starts import Start, best_start
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
@@ -54,7 +54,7 @@ class TrainCommand:
     remembers both."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
-    preset: str = "sharp"
+    preset: str = DEFAULT
     """Named settings, or a TOML file; every option below overrides it. With --resume the run's own settings stand in
     its place."""
     resume: bool = False
@@ -82,7 +82,7 @@ class TrainCommand:
         required: Any = tyro.MISSING
         if not arguments or arguments[0] != "train":
             return cls(None, required)
-        run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or "sharp"
+        run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or DEFAULT
         if "--resume" in arguments and run:
             before = load_checkpoint(Path(run))
             images = Path(before.run["images"]) if "images" in before.run else None

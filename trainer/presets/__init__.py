@@ -1,5 +1,5 @@
 """Named settings: one TOML file each, with what differs from the defaults of `trainer.config`; and the rows of the
-paper's tables, `table-2/full-block`, which are the demo's recipe in the row's setting."""
+paper's tables, `table-2/full-block`, which are the default preset in the row's setting."""
 
 import difflib
 import tomllib
@@ -12,6 +12,9 @@ from trainer.errors import ConfigError
 from trainer.mapping import from_mapping
 from trainer.tables.setting import Setting, setting_for, training_config
 from trainer.tables.table import load_table, table_names
+
+DEFAULT = "sharp"
+"""What trains where no preset is named, and what the tables change."""
 
 
 def preset_names() -> list[str]:
@@ -68,4 +71,4 @@ def _row(table: str, name: str, category: str = "") -> TrainConfig:
         )
     if category:
         check_category(category)
-    return training_config(setting_for(setting, category), load_preset(load_table(table).preset))
+    return training_config(setting_for(setting, category), load_preset(DEFAULT))

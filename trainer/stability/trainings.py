@@ -31,7 +31,7 @@ from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
 from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 
-PRESET, CATEGORY = "quick", "car"
+PRESET, CATEGORY = "fast", "car"
 _FIGURES_FILE = "figures.json"
 # Of the last line of metrics.jsonl.
 _HEALTH = ("loss", "shape_nats", "active_dimensions", "azimuth_entropy", "aggregate_azimuth_entropy", "rerender_error")

@@ -61,8 +61,6 @@ class Table:
     title: str
     label: str
     """In the paper's LaTeX source; empty for a table of our own."""
-    preset: str
-    """The recipe that its settings change, unless another one is named."""
     figures: tuple[Figure, ...]
     classes: tuple[str, ...]
     rows: tuple[Row, ...]
@@ -97,7 +95,6 @@ def load_table(name: str) -> Table:
         name,
         content["title"],
         content.get("label", ""),
-        content.get("preset", "best"),
         figures,
         tuple(content.get("classes", dict.fromkeys(shown))),
         rows,

@@ -186,7 +186,7 @@ def test_the_commands_write_read_and_resume_them(tmp_path: Path, capsys: pytest.
     objects = ["--class", "chair", *SMALL, "--instances", "8"]
     status, said, _ = answer(capsys, "render", *objects, "--shards", "4", "--output", shards)
     assert (status, "8 pictures written" in said) == (0, True)
-    small = [*SMALL, "--optimiser.batch-size", "2", "--preset", "quick"]
+    small = [*SMALL, "--optimiser.batch-size", "2", "--preset", "fast"]
     train = ["train", "--shards", shards, "--run", directory, "--class", "chair"]
     status, _, said = answer(capsys, *train, *small, "--shards-at-once", "3", "--optimiser.steps", "2")
     assert (status, "4 pictures in shards (1 of them, 1 held out)" in said) == (0, True)
@@ -212,7 +212,7 @@ def test_a_shard_that_vanishes_while_others_are_read_is_named(folder: Path, tmp_
 def test_a_training_goes_on_when_a_shard_is_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shards, directory = tmp_path / "shards", tmp_path / "run"
     answer(capsys, "render", "--class", "chair", *SMALL, "--instances", "12", "--output", shards, "--shards", "4")
-    settings = [*SMALL, "--optimiser.batch-size", "4", "--preset", "quick", "--reframing-share", "0"]
+    settings = [*SMALL, "--optimiser.batch-size", "4", "--preset", "fast", "--reframing-share", "0"]
     train = ["train", "--shards", shards, "--run", directory, "--class", "chair", *settings]
     assert answer(capsys, *train, "--optimiser.steps", "1")[0] == 0
     (shards / "shard-000002.tar").rename(tmp_path / "elsewhere.tar")

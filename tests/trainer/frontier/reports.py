@@ -71,7 +71,7 @@ REPORT = Report(
     budget="full",
     date="2026-11-22",
     machine=Machine("A processor", 2, "Linux x86_64", "3.11.2", "2.13.0", "1.27.0"),
-    scale=Scale("quick", 4000, 200, 2, 96, 72),
+    scale=Scale("fast", 4000, 200, 2, 96, 72),
     points=(*POINTS, measured("default", "default", 0.3, 2.0, category="chair")),
     skipped=("bundle-int8, car: not trained",),
 )

@@ -10,7 +10,7 @@ from trainer.frontier.files import read_report
 
 TINY = """
 [scale]
-preset = "quick"
+preset = "fast"
 instances = 12
 test_instances = 3
 test_views = 2
@@ -63,8 +63,8 @@ def test_a_frontier_is_made_and_nothing_is_made_twice(tmp_path: Path, capsys: py
     assert refined.training_minutes == default.runs[0].minutes
     assert refined.latency_ms > default.latency_ms
     assert refined.iou != default.runs[0].iou
-    assert (out / "tiny/runs/quick/car").is_dir()
-    assert {folder.name for folder in (out / "tiny/runs/quick/car").iterdir()} == {"default", "steps-5"}
+    assert (out / "tiny/runs/fast/car").is_dir()
+    assert {folder.name for folder in (out / "tiny/runs/fast/car").iterdir()} == {"default", "steps-5"}
     # What is the same graph costs the same, whatever its weights.
     assert longer.latency_ms == default.latency_ms > 0
     assert longer.bundle_mb == default.bundle_mb > 0

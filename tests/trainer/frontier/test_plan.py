@@ -13,7 +13,7 @@ from trainer.training.checks import check_settings
 
 SCALE = """
 [scale]
-preset = "quick"
+preset = "fast"
 instances = 12
 test_instances = 3
 test_views = 2
@@ -82,8 +82,8 @@ points = [
 """
     )
     plan = load_plan(str(path))
-    quick = load_preset("quick")
-    expected = replace(quick, optimiser=replace(quick.optimiser, steps=6))
+    fast = load_preset("fast")
+    expected = replace(fast, optimiser=replace(fast.optimiser, steps=6))
     assert plan.point(DEFAULT).variant.config == plan.point("small").variant.config == expected
     assert plan.point("small").variant.name == DEFAULT
     assert plan.point("more-steps").variant.config.optimiser.steps == 9
@@ -98,7 +98,7 @@ points = [
         (POINTS, "scale: the setting 'preset' is missing"),
         (SCALE, "expected the first point to be called default, since the others are compared with it, found none"),
         (SCALE + POINTS + POINTS, "expected points of different names, found default twice"),
-        (SCALE.replace("quick", "quikc") + POINTS, "no preset 'quikc'; did you mean 'quick'?"),
+        (SCALE.replace("fast", "fsat") + POINTS, "no preset 'fsat'; did you mean 'fast'?"),
         (SCALE.replace("width", "widht") + POINTS, "scale: there is no setting 'widht'; did you mean 'width'?"),
         (SCALE + POINTS.replace("label", "lable"), "default: there is no setting 'lable'; did you mean 'label'?"),
         (SCALE + POINTS.replace(" }]", ", changes = { wide = 3 } }]"), "default: there is no setting 'wide'"),

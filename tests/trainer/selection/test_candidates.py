@@ -31,7 +31,7 @@ def test_what_is_no_form_is_refused(text: str) -> None:
 
 
 def test_a_candidate_changes_the_model_alone() -> None:
-    recipe = replace(load_preset("quick"), model=ModelConfig(segments=2, hidden=48))
+    recipe = replace(load_preset("fast"), model=ModelConfig(segments=2, hidden=48))
     blocks = config_of(Candidate(Form("ortho-block", 3), 6, "fixed"), recipe)
     assert replace(blocks, model=recipe.model) == recipe
     assert blocks.model == ModelConfig(latent=6, hidden=48, parameterisation="ortho-block", blocks=3)
@@ -44,7 +44,7 @@ def test_a_candidate_changes_the_model_alone() -> None:
 
 
 def test_silhouettes_have_no_light_to_infer() -> None:
-    recipe = load_preset("quick")
+    recipe = load_preset("fast")
     silhouettes = replace(recipe, loss=replace(recipe.loss, kind="silhouette"))
     config_of(Candidate(Form("subdivision", 4), 12, "fixed"), silhouettes)
     with pytest.raises(ConfigError, match="silhouettes say nothing about the light"):
@@ -61,7 +61,7 @@ def test_silhouettes_have_no_light_to_infer() -> None:
     ],
 )
 def test_the_decoder_has_two_layers_and_the_sizes_say_so(form: str, outputs: int, vertices: int) -> None:
-    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed"), load_preset("quick")))
+    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed"), load_preset("fast")))
     assert size.shape_parameters == (6 + 1) * 32 + (32 + 1) * outputs
     assert size.vertices == vertices
 
@@ -72,14 +72,14 @@ def test_the_decoder_has_two_layers_and_the_sizes_say_so(form: str, outputs: int
     [("subdivision-4", 3 * 41 + 2 * 16), ("ortho-block-6", 3 * 6), ("full-block-3", 9 + (2 + 3 + 1))],
 )
 def test_mirrored_shapes_have_half_as_much_to_learn(form: str, rows: int) -> None:
-    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed", "mirror"), load_preset("quick")))
+    size = size_of(config_of(Candidate(parse_form(form), 6, "fixed", "mirror"), load_preset("fast")))
     assert size.shape_parameters == (6 + 1) * 32 + (32 + 1) * rows
 
 
 def test_each_dimension_of_the_code_and_each_angle_of_the_light_is_paid_for() -> None:
     def parameters(latent: int, light: str) -> int:
         model = ModelConfig(latent=latent, light="varying" if light else "fixed")
-        return size_of(replace(load_preset("quick"), model=model)).parameters
+        return size_of(replace(load_preset("fast"), model=model)).parameters
 
     # Mean and deviation from 128 features and a bias each, and a row of the decoder's 32.
     assert parameters(7, "") - parameters(6, "") == 2 * 129 + 32

@@ -19,7 +19,7 @@ from trainer.selection.size import size_of
 
 BUDGET = Budget(500, 600.0, 2)
 SELECTION = Selection(
-    Path("out"), Path("pictures"), SceneConfig(), "car", load_preset("quick"), tuple(CANDIDATES), BUDGET, samples=4
+    Path("out"), Path("pictures"), SceneConfig(), "car", load_preset("fast"), tuple(CANDIDATES), BUDGET, samples=4
 )
 
 

@@ -16,7 +16,7 @@ from trainer.selection.preset import as_toml
         TrainConfig(),
         *(load_preset(name) for name in preset_names()),
         replace(
-            load_preset("quick"),
+            load_preset("fast"),
             seed=7,
             precision="bfloat16",
             model=ModelConfig(parameterisation="full-block", blocks=3, latent=5, encoder_channels=(4, 4, 4, 4, 4, 9)),

@@ -204,7 +204,7 @@ def test_a_plan_writes_nothing(pictures: Path, tiny: Path, tmp_path: Path, capsy
         ("--seed -1", "Expected seed from 0 to 2.14748e+09, found -1."),
         ("--validation-share 0.6", "Expected validation_share from 0 to 0.5, found 0.6."),
         ("--validation-share 0.1", "Expected 10 held-out objects or more to judge by, found 2 of 24"),
-        ("--preset bets", "no preset 'bets'; did you mean 'best'?"),
+        ("--preset shrap", "no preset 'shrap'; did you mean 'sharp'?"),
         ("--preset poses.toml", "found loss.pose_supervision azimuth in poses.toml: a selection looks at pictures"),
         ("--preset views.toml", "found optimiser.views_per_instance 3 in views.toml"),
         ("--preset free.toml", "Expected loss.kl_weight above 0 in free.toml, found 0"),

@@ -16,7 +16,7 @@ CELL = Cell("car", Setting(), 0)
 
 
 def study(root: Path) -> Study:
-    return Study(root, "best", load_preset("best"), 2, 2, 1, seconds=None)
+    return Study(root, "sharp", load_preset("sharp"), 2, 2, 1, seconds=None)
 
 
 def test_procedural_objects_and_shapenet_s_are_never_mixed_up(tmp_path: Path) -> None:

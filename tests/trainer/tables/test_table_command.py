@@ -127,7 +127,7 @@ def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
 
 
 def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
-    study = Study(Path(), "best", load_preset("best"), 10, 2, 1, seconds=100.0)
+    study = Study(Path(), "sharp", load_preset("sharp"), 10, 2, 1, seconds=100.0)
     assert study.next_goal(CELL, 0, 0.0) == 50
     # 50 steps in 10 s leave time for 450 more.
     assert study.next_goal(CELL, 50, 10.0) == 500
@@ -136,11 +136,11 @@ def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
     for seconds in (98.5, 100.0, 130.0):
         assert study.next_goal(CELL, 600, seconds) == 600
     by_steps = replace(study, seconds=None)
-    assert by_steps.next_goal(CELL, 0, 0.0) == by_steps.next_goal(CELL, 1999, 900.0) == 2000
+    assert by_steps.next_goal(CELL, 0, 0.0) == by_steps.next_goal(CELL, 1499, 900.0) == 1500
     # A variant has steps of its own.
-    short = Cell("car", Variant("short", load_preset("quick")), 0)
-    assert by_steps.next_goal(short, 0, 0.0) == by_steps.next_goal(short, 500, 70.0) == 500
-    assert by_steps.next_goal(CELL, 2000, 901.0) == 2000
+    short = Cell("car", Variant("short", load_preset("fast")), 0)
+    assert by_steps.next_goal(short, 0, 0.0) == by_steps.next_goal(short, 300, 70.0) == 300
+    assert by_steps.next_goal(CELL, 1500, 901.0) == 1500
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
         ("table table-2 --budget nan", "Expected --budget from 0 to 1000000, found nan."),
         ("table table-2 --seeds 1 1", "Expected 1 to 100 different --seeds, found (1, 1)."),
         ("table table-2 --seeds -1", "Expected seed from 0 to 2.14748e+09, found -1."),
-        ("table table-2 --preset bets", "no preset 'bets'; did you mean 'best'?"),
+        ("table table-2 --preset shrap", "no preset 'shrap'; did you mean 'sharp'?"),
         ("table table-2 --workers -2", "Expected --workers from 0 to 1024, found -2."),
         ("table table-2 --test-views 0", "Expected --test-views from 1 to 1000, found 0."),
         ("table table-5 --test-views 4", "Expected --test-views to be a multiple of 3, found 4: table-5 judges 3"),
@@ -180,8 +180,8 @@ def test_a_plan_writes_nothing(
     assert plan.count("train car") == 24
     assert "96 of 96 trainings to do, 1.0 minutes each" in plan
     # One view in four lights, of which three views share one: four training folders a class, and two test folders each.
-    assert plan.count("render out/tables/pictures/64x48/procedural/sofa/fixed-colour/") == 4
-    assert plan.count("render out/tables/pictures/64x48/procedural/sofa/") == 4 + 3 + 3
+    assert plan.count("render out/tables/pictures/128x96/procedural/sofa/fixed-colour/") == 4
+    assert plan.count("render out/tables/pictures/128x96/procedural/sofa/") == 4 + 3 + 3
     assert not list(tmp_path.iterdir())
 
 

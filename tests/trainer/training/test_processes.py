@@ -21,7 +21,7 @@ from trainer.training.checks import check_processes
 
 ROOT = Path(__file__).parents[3]
 TRAINING = (
-    "trainer", "train", "--preset", "quick", "--width", "32", "--height", "24", "--optimiser.batch-size", "8",
+    "trainer", "train", "--preset", "fast", "--width", "32", "--height", "24", "--optimiser.batch-size", "8",
     "--precision", "float32",
 )  # fmt: skip
 
