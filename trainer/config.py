@@ -117,6 +117,9 @@ class LossConfig:
     """Time constant of that cooling, and of the Laplacian weight's, steps."""
     prior_matching_weight: float = 450.0
     """Weight α of batch prior matching, `paper` objective only (paper: 5·10⁵ at its own ε)."""
+    independence_weight: float = 0.0
+    """`exact` objective: weight of what shape codes tell of poses (`trainer.model.loss.pose_in_code`). A short training
+    may otherwise learn other shapes for pictures from the front than for those from the side."""
     temperature_start: float = 240.0
     """`exact` objective: temperature T of the E-step at the first step, in units of log-likelihood."""
     temperature: float = 24.0

@@ -32,6 +32,7 @@ class LossWeights(NamedTuple):
     encoder_prior: float
     distillation: float
     laplacian: float
+    independence: float = 0.0
     moved: bool = False
     """Whether views are moved onto the pictures before the shape learns from them (`training.moving`)."""
     e_step_fine: bool = False
@@ -46,9 +47,10 @@ class LossTerms(NamedTuple):
     prior_matching: Tensor
     distillation: Tensor
     laplacian: Tensor
+    independence: Tensor
 
     def total(self) -> Tensor:
-        return self.reconstruction + self.kl + self.prior_matching + self.distillation + self.laplacian
+        return torch.stack(self).sum()
 
 
 def training_loss(
@@ -61,10 +63,10 @@ def training_loss(
 ) -> LossTerms:
     """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
     taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
-    paper; then ρ is matched to its prior instead. The same goes for the light's, where it varies. What has no
-    displacements (None) has no Laplacian term."""
+    paper; then ρ is matched to its prior instead, and nothing asks the code to be independent of the pose. The same
+    goes for the light's, where it varies. What has no displacements (None) has no Laplacian term."""
     zero = expected_log_likelihood.new_zeros(())
-    matching, teaching, laplacian = zero, zero, zero
+    matching, teaching, laplacian, independence = zero, zero, zero, zero
     angles = [(posterior.azimuth_logits, responsibility)]
     divergence = shape_divergence(posterior).sum(1) + azimuth_fine_divergence(posterior)
     if posterior.light is not None:
@@ -75,6 +77,8 @@ def training_loss(
             teaching = teaching + weights.distillation * distillation(logits, taught)
         else:
             matching = matching + weights.prior_matching * prior_matching(logits.softmax(1))
+    if responsibility is not None:
+        independence = weights.independence * pose_in_code(posterior.shape_mean, responsibility)
     if displacement_laplacian is not None:
         laplacian = weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean()
     return LossTerms(
@@ -83,12 +87,31 @@ def training_loss(
         prior_matching=matching,
         distillation=teaching,
         laplacian=laplacian,
+        independence=independence,
     )
 
 
 def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
     """Σ_r |⟨ρ_r⟩ - 1/R|, Eq. 13: the batch's mean posterior against the uniform prior."""
     return (processes.mean(rho.mean(0)) - 1.0 / rho.shape[1]).abs().sum()
+
+
+def pose_in_code(shape_mean: Float[Tensor, "B Z"], responsibility: Float[Tensor, "B R"]) -> Float[Tensor, ""]:
+    """How much codes tell of coarse azimuths: the squared covariances of each dimension of z with cos kθ and sin kθ,
+    k = 1 (front or back) and 2 (end or side), summed. The prior has none: P(z, θ) = P(z) P(θ).
+
+    Estimated without bias from the pairs of different pictures of a batch, so that it may be negative, and that codes
+    are not drawn to 0 by what is chance; 0 for a single picture.
+    """
+    size = processes.count() * len(shape_mean)
+    if size < 2:
+        return shape_mean.new_zeros(())
+    angles = torch.stack([k * bin_centres(responsibility.shape[1], shape_mean) for k in (1, 2)], 1)
+    pose = responsibility @ torch.cat([angles.cos(), angles.sin()], 1)
+    covariances = processes.mean(shape_mean.T @ pose / len(shape_mean))
+    # Of each picture with itself.
+    own = processes.mean((shape_mean.square().sum(1) * pose.square().sum(1)).mean())
+    return (size * covariances.square().sum() - own) / (size - 1)
 
 
 def balanced_posterior(evidence: Float[Tensor, "B *bins"], iterations: int) -> Float[Tensor, "B *bins"]:

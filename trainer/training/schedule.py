@@ -22,6 +22,7 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         encoder_prior=cooled(0.0, config.encoder_prior, config.encoder_prior_steps, step),
         distillation=share * config.distillation_weight,
         laplacian=share * cooled(config.laplacian_weight_start, config.laplacian_weight, config.kl_cooling_steps, step),
+        independence=share * config.independence_weight,
         moved=step < config.moved_steps,
         e_step_fine=step >= config.e_step_centred_steps,
     )

@@ -11,6 +11,7 @@ from trainer.model.loss import (
     balanced_posterior,
     distillation,
     nearest_bin,
+    pose_in_code,
     prior_matching,
     training_loss,
 )
@@ -29,7 +30,9 @@ from trainer.model.posterior import (
 )
 
 BATCH, BINS, LIGHT_BINS, LATENT, VERTICES = 7, 12, 3, 5, 9
-WEIGHTS = LossWeights(kl=1.3, prior_matching=17.0, temperature=4.0, encoder_prior=0.0, distillation=2.5, laplacian=3.0)
+WEIGHTS = LossWeights(
+    kl=1.3, prior_matching=17.0, temperature=4.0, encoder_prior=0.0, distillation=2.5, laplacian=3.0, independence=7.0
+)
 
 
 @pytest.fixture
@@ -110,6 +113,12 @@ def test_the_exact_objective_teaches_the_encoder_the_balanced_posterior(
     cross_entropy = -(q * np.log(_softmax(posterior.azimuth_logits.numpy()))).sum(1).mean()
     assert terms.distillation.item() == pytest.approx(WEIGHTS.distillation * cross_entropy, rel=1e-10)
     assert terms.prior_matching.item() == 0
+    angles = 2 * math.pi / BINS * np.arange(BINS) - math.pi
+    pairs = 0.0
+    for harmonic in (np.cos(angles), np.sin(angles), np.cos(2 * angles), np.sin(2 * angles)):
+        told = posterior.shape_mean.numpy() * (q @ harmonic)[:, None]
+        pairs += sum(told[i] @ told[j] for i in range(BATCH) for j in range(BATCH) if i != j)
+    assert terms.independence.item() == pytest.approx(WEIGHTS.independence * pairs / (BATCH * (BATCH - 1)), rel=1e-10)
 
 
 def test_varying_light_adds_its_own_terms_as_the_paper_writes_them(
@@ -238,6 +247,21 @@ def test_teaching_is_least_where_the_encoder_agrees() -> None:
 def test_prior_matching_is_zero_for_an_even_batch_and_largest_for_one_pose() -> None:
     assert prior_matching(torch.eye(BINS)).item() == pytest.approx(0, abs=1e-6)
     assert prior_matching(torch.eye(BINS)[:1]).item() == pytest.approx(2 * (1 - 1 / BINS))
+
+
+def test_codes_that_tell_of_poses_are_found_out_and_others_are_not() -> None:
+    random = np.random.default_rng(7)
+    bins = random.integers(BINS, size=4000)
+    known = torch.eye(BINS, dtype=torch.float64)[bins]
+    free = torch.tensor(random.normal(size=(4000, 2)))
+    side = torch.tensor(np.cos(2 * 2 * math.pi / BINS * bins))[:, None]
+    assert abs(pose_in_code(free, known).item()) < 2e-3
+    # E[cos² 2θ]² = 1/4.
+    assert pose_in_code(free + side * torch.tensor([0.0, 1.0]), known).item() == pytest.approx(0.25, abs=0.03)
+    # Of few pictures it is right in the mean, and not pulled up by chance.
+    few = [pose_in_code(free[i : i + 8], known[i : i + 8]).item() for i in range(0, 4000, 8)]
+    assert abs(np.mean(few)) < 3 * np.std(few) / math.sqrt(len(few))
+    assert pose_in_code(free[:1], known[:1]).item() == 0
 
 
 def test_divergences_vanish_at_the_prior_and_match_a_monte_carlo_estimate(posterior: Posterior) -> None:
