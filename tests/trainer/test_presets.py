@@ -21,7 +21,9 @@ def test_every_preset_is_a_training_that_could_begin(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "size", "steps"), [("fast", (48, 36), 300), ("balanced", (64, 48), 600)])
-def test_short_presets_are_the_default_one_with_shorter_schedules(name: str, size: tuple[int, int], steps: int) -> None:
+def test_short_presets_are_the_default_one_with_shorter_schedules_and_independent_codes(
+    name: str, size: tuple[int, int], steps: int
+) -> None:
     default, preset = load_preset(DEFAULT), load_preset(name)
     schedules = {
         "kl_cooling_steps": 100,
@@ -31,7 +33,8 @@ def test_short_presets_are_the_default_one_with_shorter_schedules(name: str, siz
     }
     assert all(getattr(default.loss, schedule) > short for schedule, short in schedules.items())
     width, height = size
-    loss, optimiser = replace(default.loss, **schedules), replace(default.optimiser, steps=steps)
+    loss = replace(default.loss, **schedules, independence_weight=400)
+    optimiser = replace(default.optimiser, steps=steps)
     assert preset == replace(default, width=width, height=height, loss=loss, optimiser=optimiser)
 
 

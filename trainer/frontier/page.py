@@ -50,7 +50,7 @@ def _conditions(report: Report) -> str:
     noise = (
         "Each point is one training, and nothing tells how far seeds lie apart."
         if several is None
-        else f"Runs of two seeds lie up to {report.noise('iou'):.3f} IoU, "
+        else f"Seeds of the default lie up to {report.noise('iou'):.3f} IoU, "
         f"{report.noise('azimuth_error_degrees'):.1f}° and {report.noise('picture_error'):.4f} picture error apart: "
         "what differs by less is not told apart here."
     )

@@ -94,11 +94,14 @@ class Report:
         return next(point for point in self.of(category) if point.name == DEFAULT)
 
     def noise(self, accuracy: Accuracy) -> float:
-        """How far runs that differ in their seed alone lie apart at most; 0 where no point has two."""
+        """How far runs of the default that differ in their seed alone lie apart at most; 0 where no class has two.
+
+        Other points may be there to show that theirs lie further apart.
+        """
         spreads = [
             max(values) - min(values)
             for point in self.points
-            if (values := [getattr(run, accuracy) for run in point.runs])
+            if point.name == DEFAULT and (values := [getattr(run, accuracy) for run in point.runs])
         ]
         return max(spreads, default=0.0)
 

@@ -100,8 +100,9 @@ def pose_in_code(shape_mean: Float[Tensor, "B Z"], responsibility: Float[Tensor,
     """How much codes tell of coarse azimuths: the squared covariances of each dimension of z with cos kθ and sin kθ,
     k = 1 (front or back) and 2 (end or side), summed. The prior has none: P(z, θ) = P(z) P(θ).
 
-    Estimated without bias from the pairs of different pictures of a batch, so that it may be negative, and that codes
-    are not drawn to 0 by what is chance; 0 for a single picture.
+    Estimated from the pairs of different pictures of a batch, so that codes are not drawn to 0 by what is chance, and at
+    least 0: batch normalisation sees the whole batch, and would lower an estimate below that without end. 0 for a
+    single picture.
     """
     size = processes.count() * len(shape_mean)
     if size < 2:
@@ -111,7 +112,7 @@ def pose_in_code(shape_mean: Float[Tensor, "B Z"], responsibility: Float[Tensor,
     covariances = processes.mean(shape_mean.T @ pose / len(shape_mean))
     # Of each picture with itself.
     own = processes.mean((shape_mean.square().sum(1) * pose.square().sum(1)).mean())
-    return (size * covariances.square().sum() - own) / (size - 1)
+    return ((size * covariances.square().sum() - own) / (size - 1)).clamp_min(0)
 
 
 def balanced_posterior(evidence: Float[Tensor, "B *bins"], iterations: int) -> Float[Tensor, "B *bins"]:
