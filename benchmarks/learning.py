@@ -3,7 +3,7 @@
     python -m benchmarks.learning --classes car chair --output docs/results/learning.json
 
 Both train from the same seed, on one thread each, with as many pixels and pictures a step; ours as
-the preset `fast` has it, the paper's without zoom, faster decoder, falling rates and smoothing. A training halts at
+benchmarks/brief.toml has it, the paper's without zoom, faster decoder, falling rates and smoothing. A training halts at
 some steps, is judged on objects that it never saw, and goes on. Time is that of the core, without what judging took.
 Writes a chart, too.
 """
@@ -80,11 +80,11 @@ def rendered(category: str, folder: Path) -> Path:
 
 
 def recipe(name: str) -> TrainConfig:
-    fast = load_preset("fast")
+    brief = load_preset(str(Path(__file__).with_name("brief.toml")))
     if name == OURS:
-        return fast
-    optimiser = replace(fast.optimiser, steps=MARKS[PAPER][-1], decoder_factor=1.0, falling_share=0.0)
-    return replace(fast, zoom=1.0, loss=load_preset("paper-small").loss, optimiser=optimiser)
+        return brief
+    optimiser = replace(brief.optimiser, steps=MARKS[PAPER][-1], decoder_factor=1.0, falling_share=0.0)
+    return replace(brief, zoom=1.0, loss=load_preset("paper-small").loss, optimiser=optimiser)
 
 
 def curve(name: str, category: str, pictures: Path, marks: Sequence[int], run: str) -> list[dict[str, float]]:

@@ -10,6 +10,8 @@ from trainer.errors import ConfigError
 from trainer.presets import DEFAULT, load_preset, preset_names
 from trainer.training.checks import check_settings
 
+ROOT = Path(__file__).parents[2]
+
 
 def test_the_presets_that_the_documentation_names_are_there() -> None:
     assert {"balanced", "detailed", "fast", "paper", "sharp"} <= set(preset_names())
@@ -36,6 +38,11 @@ def test_short_presets_are_the_default_one_with_shorter_schedules_and_independen
     loss = replace(default.loss, **schedules, independence_weight=400)
     optimiser = replace(default.optimiser, steps=steps)
     assert preset == replace(default, width=width, height=height, loss=loss, optimiser=optimiser)
+
+
+def test_what_the_ablation_is_trained_with_is_the_preset_fast_without_independent_codes() -> None:
+    fast, brief = load_preset("fast"), load_preset(str(ROOT / "benchmarks/brief.toml"))
+    assert brief == replace(fast, loss=replace(fast.loss, independence_weight=0))
 
 
 def test_the_paper_s_preset_is_what_the_paper_says() -> None:
