@@ -100,8 +100,8 @@ def pose_in_code(shape_mean: Float[Tensor, "B Z"], responsibility: Float[Tensor,
     """How much codes tell of coarse azimuths: the squared covariances of each dimension of z with cos kθ and sin kθ,
     k = 1 (front or back) and 2 (end or side), summed. The prior has none: P(z, θ) = P(z) P(θ).
 
-    Estimated from the pairs of different pictures of a batch, so that codes are not drawn to 0 by what is chance, and at
-    least 0: batch normalisation sees the whole batch, and would lower an estimate below that without end. 0 for a
+    Estimated from the pairs of different pictures of a batch, so that codes are not drawn to 0 by what is chance, and
+    at least 0: batch normalisation sees the whole batch, and would lower an estimate below that without end. 0 for a
     single picture.
     """
     size = processes.count() * len(shape_mean)

@@ -12,6 +12,7 @@ from trainer.frontier.report import Report, as_csv
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = DOCS / "frontier.md"
+README = (DOCS.parent / "README.md").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -49,3 +50,20 @@ def test_seeds_tell_how_sure_the_page_is(report: Report) -> None:
     assert len(report.default(report.categories[0]).runs) >= 2
     assert report.noise("iou") > 0
     assert {"paper", DEFAULT} <= {point.name for point in report.points}
+
+
+@pytest.mark.parametrize(
+    ("preset", "name"), [("fast", DEFAULT), ("balanced", "balanced"), ("sharp", "sharp"), ("detailed", "detailed")]
+)
+def test_what_the_readme_says_of_presets_is_on_the_chart(report: Report, preset: str, name: str) -> None:
+    (row,) = (line for line in README.splitlines() if line.startswith(f"| `{preset}`"))
+    points = {point.category: point for point in report.points if point.name == name}
+    one = next(iter(points.values()))
+    _, size, steps, minutes, *found = (cell.strip() for cell in row.strip("|").split("|"))
+    assert size.startswith(f"{one.width} × {one.height}")
+    assert steps == f"{one.steps:,}"
+    assert minutes == f"{one.training_minutes:.1f}"
+    assert found == [
+        f"{points[category].iou:.2f}, {points[category].azimuth_accuracy:.2f}" if category in points else ""
+        for category in ("car", "chair")
+    ]
