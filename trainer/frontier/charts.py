@@ -130,7 +130,7 @@ def _factors(report: Report, category: str) -> Figure:
     figure, grid = plt.subplots(
         rows, columns, figsize=(3.9 * columns, 3.3 * rows), squeeze=False, layout="constrained", sharey=True
     )
-    noise = report.noise("iou")
+    noise = report.noise(category, "iou")
     for axes, (factor, title) in zip(grid.flat, titles.items(), strict=False):
         own = [point for point in points if point.factor == factor]
         cost, own_label = own[0].factor_cost, own[0].factor_default

@@ -46,13 +46,17 @@ def placed(page: str, figures: str) -> str:
 
 def _conditions(report: Report) -> str:
     scale, machine = report.scale, report.machine
-    several = next((point for point in report.points if len(point.runs) > 1), None)
+    apart = [
+        f"{category}, {report.noise(category, 'iou'):.3f} IoU, "
+        f"{report.noise(category, 'azimuth_error_degrees'):.1f}° and "
+        f"{report.noise(category, 'picture_error'):.4f} picture error"
+        for category in report.categories
+        if len(report.default(category).runs) > 1
+    ]
     noise = (
-        "Each point is one training, and nothing tells how far seeds lie apart."
-        if several is None
-        else f"Seeds of the default lie up to {report.noise('iou'):.3f} IoU, "
-        f"{report.noise('azimuth_error_degrees'):.1f}° and {report.noise('picture_error'):.4f} picture error apart: "
-        "what differs by less is not told apart here."
+        f"Seeds of the default lie apart by up to ({'; '.join(apart)}): what differs by less is not told apart here."
+        if apart
+        else "Each point is one training, and nothing tells how far seeds lie apart."
     )
     return (
         f"Budget `{report.budget}`, {report.date}: each point starts from the preset `{scale.preset}`; "

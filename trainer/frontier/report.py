@@ -93,17 +93,10 @@ class Report:
     def default(self, category: str) -> Measured:
         return next(point for point in self.of(category) if point.name == DEFAULT)
 
-    def noise(self, accuracy: Accuracy) -> float:
-        """How far runs of the default that differ in their seed alone lie apart at most; 0 where no class has two.
-
-        Other points may be there to show that theirs lie further apart.
-        """
-        spreads = [
-            max(values) - min(values)
-            for point in self.points
-            if point.name == DEFAULT and (values := [getattr(run, accuracy) for run in point.runs])
-        ]
-        return max(spreads, default=0.0)
+    def noise(self, category: str, accuracy: Accuracy) -> float:
+        """How far the class's runs of the default, which differ in their seed alone, lie apart at most; 0 for one."""
+        values = [getattr(run, accuracy) for run in self.default(category).runs]
+        return float(max(values) - min(values))
 
 
 class Fronts(NamedTuple):
@@ -119,7 +112,7 @@ def fronts(report: Report, points: Sequence[Measured], accuracy: Accuracy, expen
     costs = [point.expense(expense) for point in points]
     values = [point.goodness(accuracy) for point in points]
     on = on_front(costs, values)
-    near = near_front(costs, values, report.noise(accuracy))
+    near = near_front(costs, values, report.noise(points[0].category, accuracy))
     chosen = [point for point, there in zip(points, on, strict=True) if there]
     return Fronts(
         tuple(sorted(chosen, key=lambda point: point.expense(expense))),

@@ -37,7 +37,7 @@ class Verdict(NamedTuple):
 
 def verdicts(report: Report, category: str, accuracy: Accuracy) -> list[Verdict]:
     """A verdict for each factor that the default is one choice of."""
-    default, noise = report.default(category), report.noise(accuracy)
+    default, noise = report.default(category), report.noise(category, accuracy)
     factors = dict.fromkeys(
         point.factor for point in report.of(category) if point.factor_default and point.name != DEFAULT
     )

@@ -24,9 +24,9 @@ def test_the_front_and_what_is_near_it() -> None:
 
 
 def test_seeds_tell_the_noise() -> None:
-    assert REPORT.noise("iou") == pytest.approx(0.01)
+    assert REPORT.noise("car", "iou") == pytest.approx(0.01)
     single = tuple(replace(point, runs=point.runs[:1]) for point in REPORT.points)
-    assert replace(REPORT, points=single).noise("iou") == 0
+    assert replace(REPORT, points=single).noise("car", "iou") == 0
 
 
 def test_verdicts() -> None:
