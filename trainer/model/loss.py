@@ -77,7 +77,7 @@ def training_loss(
             teaching = teaching + weights.distillation * distillation(logits, taught)
         else:
             matching = matching + weights.prior_matching * prior_matching(logits.softmax(1))
-    if responsibility is not None:
+    if responsibility is not None and weights.independence:
         independence = weights.independence * pose_in_code(posterior.shape_mean, responsibility)
     if displacement_laplacian is not None:
         laplacian = weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean()
