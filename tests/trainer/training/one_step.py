@@ -16,6 +16,7 @@ from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
 from trainer.data.images import frame_in, load_image_folder
 from trainer.data.source import FolderPictures
 from trainer.model.batch_norm import synchronise
+from trainer.model.loss import pose_in_code
 from trainer.model.vae import Model
 from trainer.training.figures import figures_of
 from trainer.training.loop import fixed_geometry, stepping
@@ -78,13 +79,32 @@ def first_reframing(folder: Path) -> dict[str, Tensor]:
     return {"loss": loss, "norm": torch.tensor(taken.gradient_norm)} | dict(model.named_buffers())
 
 
+def telling_codes(_: Path) -> dict[str, Tensor]:
+    """What codes tell of poses, where they do, and its gradient: of each process's share of eight pictures."""
+    random = torch.Generator().manual_seed(0)
+    bins = torch.randint(6, (8,), generator=random)
+    responsibility = torch.eye(6, dtype=torch.float64)[bins]
+    # Other codes on the one side of the circle than on the other.
+    code = 0.1 * torch.randn(8, 3, dtype=torch.float64, generator=random) + (bins < 3)[:, None]
+    own = processes.share(8)
+    part = code[own].requires_grad_()
+    value = pose_in_code(part, responsibility[own])
+    value.backward()
+    assert part.grad is not None
+    # Gradients of processes are averaged, as if each had the whole loss.
+    return {"value": value.detach(), "gradient": processes.whole(part.grad) / processes.count()}
+
+
+PARTS = {"reframing": first_reframing, "telling codes": telling_codes}
+
+
 def main() -> None:
     folder, target = map(Path, sys.argv[1:])
     torch.set_num_threads(1)
     with processes.joined():
         group = weakref.ref(distributed.group.WORLD)
         found = {name: first_step(config, folder) for name, config in SETTINGS.items()}
-        found["reframing"] = first_reframing(folder)
+        found |= {name: part(folder) for name, part in PARTS.items()}
         if processes.number() == 0:
             torch.save(found, target)
     assert group() is None, "The group is still held: its threads may abort the process as Python ends."

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.trainer.training.one_step import SETTINGS, first_reframing, first_step
+from tests.trainer.training.one_step import PARTS, SETTINGS, first_step, telling_codes
 from trainer.config import OptimiserConfig
 from trainer.errors import ConfigError
 from trainer.training.checkpoint import load_checkpoint
@@ -47,15 +47,21 @@ def of_two(picture_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> di
     return found
 
 
-@pytest.mark.parametrize("setting", [*SETTINGS, "reframing"])
+@pytest.mark.parametrize("setting", [*SETTINGS, *PARTS])
 def test_loss_and_gradients_are_those_of_one_process(
     setting: str, of_two: dict[str, dict[str, torch.Tensor]], picture_folder: Path
 ) -> None:
-    alone = first_step(SETTINGS[setting], picture_folder) if setting in SETTINGS else first_reframing(picture_folder)
+    alone = first_step(SETTINGS[setting], picture_folder) if setting in SETTINGS else PARTS[setting](picture_folder)
     assert alone.keys() == of_two[setting].keys()
     for name, expected in alone.items():
         tolerance = 1e-5 * max(1.0, float(expected.float().abs().max()))
         np.testing.assert_allclose(of_two[setting][name], expected, atol=tolerance, rtol=1e-5, err_msg=name)
+
+
+def test_the_codes_that_are_compared_tell_of_poses(picture_folder: Path) -> None:
+    found = telling_codes(picture_folder)
+    assert found["value"] > 0
+    assert found["gradient"].abs().max() > 0
 
 
 def test_a_training_of_two_is_one_that_is_stopped_and_goes_on(picture_folder: Path, tmp_path: Path) -> None:
