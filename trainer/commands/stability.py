@@ -19,7 +19,7 @@ from trainer.stability.models import contestants
 from trainer.stability.page import filled, page_of
 from trainer.stability.regimes import REGIMES, Regime
 from trainer.stability.tables import Results
-from trainer.stability.trainings import found_trainings, recipe_for, run_trainings
+from trainer.stability.trainings import PRESET, found_trainings, recipe_for, run_trainings
 
 _USUAL = ("car", "chair", "sofa")
 
@@ -117,7 +117,7 @@ class StabilityCommand:
         models = {path.stem: json.loads(path.read_text()) for path in sorted((folder / "models").glob("*.json"))}
         rasteriser = folder / "rasteriser.json"
         return {
-            "budget": {"name": self.budget, **asdict(BUDGETS[self.budget])},
+            "budget": {"name": self.budget, "preset": PRESET, **asdict(BUDGETS[self.budget])},
             "models": models,
             "trainings": found_trainings(folder),
             "rasteriser": json.loads(rasteriser.read_text()) if rasteriser.exists() else {},
