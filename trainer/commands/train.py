@@ -66,7 +66,10 @@ class TrainCommand:
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
     device: Choice = "cpu"
-    """Where the networks and the renderer compute; auto: a GPU where there is one. No GPU has been at hand to try."""
+    """Where the networks and the renderer compute; auto: a GPU where there is one."""
+    record: bool = True
+    """On a GPU, record a step's kernels once and replay them; --no-record launches each kernel anew, for those who look
+    for a mistake. One process only."""
     threads: int = 0
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
@@ -150,9 +153,11 @@ class TrainCommand:
                 progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
 
             intervals, directory = self.intervals, self.run_directory
-            last = train(config, source, category, directory, intervals, resume, report, provenance, device=device)
+            last = train(
+                config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
+            )
             if last.step >= config.optimiser.steps:
-                last = reframe(last, directory, source, due, intervals, report, device)
+                last = reframe(last, directory, source, due, intervals, report, device, self.record)
         finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"
         alone = f" and {last.reframing_steps} more for the encoder" if last.reframing_steps else ""

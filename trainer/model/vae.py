@@ -4,7 +4,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from trainer import processes
+from trainer import processes, recording
 from trainer.config import ModelConfig
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
@@ -72,5 +72,5 @@ def sample_normal(
     """The reparameterisation trick: a sample whose gradient reaches mean and deviation. The noise is the generator's,
     whatever device the mean is on. Processes that train together draw that of the whole batch, and take their own."""
     size = len(mean) * processes.count()
-    noise = torch.randn((size, *mean.shape[1:]), generator=generator, dtype=mean.dtype, device=generator.device)
-    return mean + deviation * noise[processes.share(size)].to(mean.device)
+    noise = recording.normal_noise((size, *mean.shape[1:]), generator, mean.dtype, mean.device)
+    return mean + deviation * noise[processes.share(size)]

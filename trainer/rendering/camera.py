@@ -8,6 +8,7 @@ from torch import Tensor
 
 from trainer.config import CameraConfig
 from trainer.geometry.conventions import rotation_about_y
+from trainer.rendering.constants import constant
 
 # Closer than this to the camera (unit: the object's diagonal) a vertex is treated as being at this depth.
 NEAREST_DEPTH = 0.05
@@ -29,7 +30,7 @@ def project(
     focal = height / 2 / math.tan(math.radians(camera.field_of_view_degrees) / 2)
     sine, cosine = math.sin(elevation), math.cos(elevation)
     # Rows: the camera's right, up and forward axes in the world.
-    view = vertices.new_tensor([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, -sine, -cosine]])
+    view = constant(((1.0, 0.0, 0.0), (0.0, cosine, -sine), (0.0, -sine, -cosine)), vertices)
     seen = vertices @ (view @ rotation_about_y(azimuth)).transpose(-1, -2)
     right, up, forward = seen.unbind(-1)
     inverse_depth = (forward + camera.distance).clamp(min=NEAREST_DEPTH).reciprocal()

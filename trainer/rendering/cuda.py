@@ -1,8 +1,9 @@
 """The renderer on a GPU: the same differentiable functions as `cpu`, over Triton kernels.
 
-All tensors of a call lie on one device, and everything stays there. Three numbers come back to the host for each
-drawing: whether all is finite; how many faces interpenetrate and how many places cut a line, to allocate no more than
-that. Where `TRITON_INTERPRET=1` was set before triton's first import, its interpreter runs the kernels on the CPU.
+All tensors of a call lie on one device, and everything stays there. Of each drawing some numbers come back to the host:
+whether all is finite; how many hypotheses matter, how many faces interpenetrate and how many places cut a line, to
+allocate no more than that. A step that is recorded (`trainer.recording`) allocates what was agreed instead. Where
+`TRITON_INTERPRET=1` was set before triton's first import, its interpreter runs the kernels on the CPU.
 """
 
 from typing import Any
@@ -15,6 +16,7 @@ from torch.autograd.function import once_differentiable
 
 from rasteriser.pictures import CREASE
 from rasteriser.topology import Topology
+from trainer import recording
 from trainer.rendering.cpu import NEGLIGIBLE_RESPONSIBILITY, NEGLIGIBLE_WEIGHT
 from trainer.rendering.reference import binarised
 from trainer.rendering.triton_kernels.mesh import Mesh, mesh_on
@@ -128,15 +130,19 @@ def _weighed_values(
 ) -> tuple[Float[Tensor, "B R *L"], Float[Tensor, "B R V 3"], Float[Tensor, "B R V *L C"]]:
     """w log p of each hypothesis and its gradients. What has no weight in any light is not drawn."""
     each = weights.flatten(0, 1)
-    wanted = (each != 0).reshape(len(each), -1).any(1).nonzero()[:, 0]
+    weighty = (each != 0).reshape(len(each), -1).any(1)
+    wanted = weighty.logical_not().int().argsort(stable=True)[: recording.length(weighty.sum())]
     values = torch.zeros(each.shape, dtype=torch.float64, device=screen.device)
     to_screen, to_colours = torch.zeros_like(screen).flatten(0, 1), torch.zeros_like(colours).flatten(0, 1)
     if len(wanted):
-        *drawn, targets = _hypotheses(screen.detach(), colours.detach(), pictures, wanted)
+        one, two, targets = _hypotheses(screen.detach(), colours.detach(), pictures, wanted)
+        if recording.is_recorded():
+            # There may be more room than they need. What follows then has no weight, and no area.
+            one = torch.where(weighty[wanted, None, None], one, 0.0)
         with torch.enable_grad():
-            one, two = (part.requires_grad_() for part in drawn)
-            weighed = _values(one, two, targets, mesh, *options) * each[wanted]
-            to_screen[wanted], to_colours[wanted] = torch.autograd.grad(weighed.sum(), (one, two))
+            drawn = one.requires_grad_(), two.requires_grad_()
+            weighed = _values(*drawn, targets, mesh, *options) * each[wanted]
+            to_screen[wanted], to_colours[wanted] = torch.autograd.grad(weighed.sum(), drawn)
         values[wanted] = weighed.detach()
     return values.reshape(weights.shape), to_screen.reshape(screen.shape), to_colours.reshape(colours.shape)
 
@@ -166,7 +172,7 @@ def _draw(screen: Tensor, colours: Tensor, mesh: Mesh, width: int, height: int, 
         nothing = 0.0 * (screen.sum() + colours.sum())
         return nothing.float().expand(len(screen), colours.shape[2], height, width)
     with torch.cuda.device_of(screen):
-        return pictures_of(screen, colours, mesh, width, height, crease)
+        return pictures_of(recording.harmless(screen), colours, mesh, width, height, crease)
 
 
 def _check(screen: Tensor, colours: Tensor, topology: Topology, dimensions: int) -> None:

@@ -2,20 +2,19 @@
 
 import math
 
-import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from trainer.config import SceneConfig
 from trainer.geometry.conventions import rotation_about_y
+from trainer.rendering.constants import constant
 
 
 def light_directions(scene: SceneConfig, like: Tensor) -> Float[Tensor, "K 3"]:
     """Unit vectors from the surface towards each light, in the world frame."""
     angles = [(math.radians(light.elevation_degrees), math.radians(light.azimuth_degrees)) for light in scene.lights]
-    return like.new_tensor(
-        [[math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a)] for e, a in angles]
-    ).reshape(len(angles), 3)
+    vectors = tuple((math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a)) for e, a in angles)
+    return constant(vectors, like).reshape(len(angles), 3)
 
 
 def shade(
@@ -43,6 +42,5 @@ def shade_by_light(
 
 
 def _reflected(cosines: Float[Tensor, "*N K"], scene: SceneConfig) -> Float[Tensor, "*N 3"]:
-    colours = cosines.new_tensor([light.colour for light in scene.lights]).reshape(-1, 3)
-    ambient = torch.as_tensor(scene.ambient, dtype=cosines.dtype, device=cosines.device)
-    return (cosines @ colours + ambient).clamp(max=1.0)
+    colours = constant(tuple(light.colour for light in scene.lights), cosines).reshape(-1, 3)
+    return (cosines @ colours + constant(scene.ambient, cosines)).clamp(max=1.0)

@@ -152,4 +152,6 @@ def restore_optimiser(optimiser: torch.optim.Adam, model: Model, tensors: dict[s
         parameter = parameters[name]
         # In the parameter's own layout, so that a resumed training computes what an uninterrupted one does.
         own = tensor if state == "step" else torch.empty_like(parameter).copy_(tensor)
+        if optimiser.defaults["fused"]:
+            own = own.to(parameter.device)
         optimiser.state[parameter][state] = own

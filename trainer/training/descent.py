@@ -5,7 +5,10 @@ from collections.abc import Callable
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import torch
+from jaxtyping import Float
 from torch import Tensor, nn
+
+from trainer.model.loss import LossWeights
 
 
 class Differentiable(Protocol):
@@ -18,29 +21,70 @@ class Differentiable(Protocol):
 Result = TypeVar("Result", bound=Differentiable)
 
 
+class Given(NamedTuple):
+    """What changes from step to step."""
+
+    pictures: Float[Tensor, "B 3 H W"]
+    azimuths: Float[Tensor, "B"] | None
+    """True ones, radians, where the step is told them."""
+    weights: LossWeights | None
+    """None where the loss has no terms to weigh."""
+    generator: torch.Generator
+
+
 class Descent(NamedTuple, Generic[Result]):
     result: Result
     gradient_norm: float
     """Euclidean, over all parameters, before clipping."""
 
 
-def descend(
-    model: nn.Module, optimiser: torch.optim.Optimizer, gradient_clip: float, forward: Callable[[], Result]
-) -> Descent[Result] | None:
-    """Forward, backward, clip, step. None where a vertex or the gradient is not finite: model and optimiser are then as
-    before, the running means of the batch normalisation included."""
-    before = [buffer.clone() for buffer in model.buffers()]
-    optimiser.zero_grad()
-    try:
-        result = forward()
-        result.loss().backward()
-        norm = float(torch.nn.utils.clip_grad_norm_(model.parameters(), gradient_clip))
-    except FloatingPointError:
-        norm = math.nan
-    if math.isfinite(norm):
-        optimiser.step()
-        return Descent(result, norm)
+class Differentiation(Protocol[Result]):
+    """Forward pass, backward pass, clipping: leaves the gradients with the parameters. None where a vertex or the
+    gradient is not finite: the model is then as before, the running means of the batch normalisation included."""
+
+    def __call__(self, given: Given) -> Descent[Result] | None: ...
+
+
+class Unrecorded(Differentiation[Result]):
+    """Each step by itself, on any device and in any number of processes."""
+
+    def __init__(self, model: nn.Module, gradient_clip: float, forward: Callable[[Given], Result]) -> None:
+        self.model, self.gradient_clip, self.forward = model, gradient_clip, forward
+
+    def __call__(self, given: Given) -> Descent[Result] | None:
+        before = [buffer.clone() for buffer in self.model.buffers()]
+        self.model.zero_grad()
+        try:
+            result, norm = differentiate(self.model, self.gradient_clip, self.forward, given)
+            gradient_norm = float(norm)
+        except FloatingPointError:
+            gradient_norm = math.nan
+        if math.isfinite(gradient_norm):
+            return Descent(result, gradient_norm)
+        put_back(self.model, before)
+        return None
+
+
+def differentiate(
+    model: nn.Module, gradient_clip: float, forward: Callable[[Given], Result], given: Given
+) -> tuple[Result, Float[Tensor, ""]]:
+    """What the forward pass gives, and the gradient's norm before clipping."""
+    result = forward(given)
+    result.loss().backward()
+    return result, torch.nn.utils.clip_grad_norm_(model.parameters(), gradient_clip)
+
+
+def put_back(model: nn.Module, buffers: list[Tensor]) -> None:
     with torch.no_grad():
-        for buffer, value in zip(model.buffers(), before, strict=True):
+        for buffer, value in zip(model.buffers(), buffers, strict=True):
             buffer.copy_(value)
-    return None
+
+
+def descend(
+    optimiser: torch.optim.Optimizer, differentiation: Differentiation[Result], given: Given
+) -> Descent[Result] | None:
+    """A step, or none: then model and optimiser are as before."""
+    taken = differentiation(given)
+    if taken is not None:
+        optimiser.step()
+    return taken

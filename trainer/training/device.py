@@ -1,6 +1,7 @@
 """Where a training computes: on the CPU, or on a GPU with nothing but the pictures' way there and figures' way back."""
 
 from collections.abc import Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Final, Literal
 
@@ -31,26 +32,25 @@ def chosen_device(choice: Choice) -> torch.device:
         )
     device = torch.device("cuda", processes.number_on_this_machine())
     torch.cuda.set_device(device)
+    # What is asked for in float32 is computed in float32.
+    torch.backends.cudnn.allow_tf32 = False
     return device
 
 
 def sent_to(device: torch.device, minibatches: Generator[Minibatch]) -> Generator[Minibatch]:
-    """The same minibatches, pictures and azimuths on the device; each is under way while the one before it is learnt
-    from."""
+    """The same minibatches, pictures and azimuths on the device; while one is learnt from, another thread gets the
+    next one ready. To be closed, before `minibatches` are."""
     if device.type == "cpu":
         yield from minibatches
         return
-    following = _sent(device, next(minibatches))
-    for minibatch in minibatches:
-        current, following = following, _sent(device, minibatch)
-        yield current
-
-
-def _sent(device: torch.device, minibatch: Minibatch) -> Minibatch:
-    pictures, azimuths, generator = minibatch
-    # From pinned memory a copy does not hold up the CPU.
-    there = pictures.pin_memory().to(device, non_blocking=True)
-    return Minibatch(there, None if azimuths is None else azimuths.to(device), generator)
+    with ThreadPoolExecutor(1, "minibatches") as ahead:
+        following = ahead.submit(next, minibatches)
+        while True:
+            pictures, azimuths, generator = following.result()
+            following = ahead.submit(next, minibatches)
+            # From pinned memory a copy does not hold up the CPU.
+            there = pictures.pin_memory().to(device, non_blocking=True)
+            yield Minibatch(there, None if azimuths is None else azimuths.to(device), generator)
 
 
 @contextmanager

@@ -33,7 +33,7 @@ from trainer.training.checkpoint import (
 )
 from trainer.training.checks import check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.clock import Clock
-from trainer.training.descent import descend
+from trainer.training.descent import Given, descend
 from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.figures import figures_of
 from trainer.training.health import health_of
@@ -41,6 +41,7 @@ from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
 from trainer.training.optimiser import adam, at_step
+from trainer.training.recorded import differentiation_on
 from trainer.training.resuming import checkpoint_before
 from trainer.training.schedule import weights_at
 from trainer.training.step import FixedGeometry, Step, StepResult, forward, number_format
@@ -61,13 +62,15 @@ def train(
     provenance: dict[str, Any],
     until: int | None = None,
     device: torch.device = CPU,
+    record: bool = True,
 ) -> Checkpoint:
     """Trains in `run_directory` and returns the last checkpoint, which is also written there.
 
     `images` are a folder's, of which `config.validation_share` is held out here, or a source that has seen to that.
     `report` is called after every logged step with the step and its figures; `provenance` (where the pictures came
     from) is kept in the checkpoint. `until` is a step to halt at, from where a later call resumes. Everything but the
-    pictures is computed on `device`; the model that is returned is on the CPU. Ctrl-C finishes the step, saves and
+    pictures is computed on `device`; the model that is returned is on the CPU. On a GPU steps are
+    recorded and replayed (`training.recorded`) if `record`. Ctrl-C finishes the step, saves and
     returns. A step without a finite gradient changes nothing, and is noted. The same seed, pictures,
     threads and machine give the same result, also through `resume`. Processes that train together
     (`trainer.processes`) all call this; the first of them writes and reports. The phase of `training.reframing` comes
@@ -91,9 +94,10 @@ def train(
         return replace(before, config=config)
     model, optimiser = _at(before, config, device)
     start, clock = before.step if before else 0, Clock(before.run if before else {})
-    geometry, shown = fixed_geometry(model, scene, config.loss), source.shown().to(device)
-    convolutions, views = number_format(config.precision, device), config.optimiser.views_per_instance
-    taking, first = stepping(model), processes.number() == 0
+    shown, first = source.shown().to(device), processes.number() == 0
+    taking = stepping(model, scene, config, device)
+    differentiation = differentiation_on(device, model, config.optimiser.gradient_clip, taking, record)
+    views = config.optimiser.views_per_instance
     step, skipped = start, 0
 
     def checkpoint() -> Checkpoint:
@@ -105,21 +109,15 @@ def train(
         Journal(run_directory, config, start, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
         closing(source.minibatches(config.optimiser.batch_size, config.seed, start, views)) as drawn,
+        closing(sent_to(device, drawn)) as minibatches,
         enough_memory(device, config.optimiser.batch_size),
     ):
-        minibatches = sent_to(device, drawn)
         while step < end and not processes.anywhere(interrupted()):
             batch, azimuths, generator = next(minibatches)
             truth = true_azimuths(config.loss, azimuths)
-            weights = weights_at(config.loss, step, config.width, config.height)
-            seen = geometry, scene, config.loss, weights, batch, truth, generator, convolutions, views
+            given = Given(batch, truth, weights_at(config.loss, step, config.width, config.height), generator)
             model.train()
-            taken = descend(
-                model,
-                at_step(optimiser, config.optimiser, step),
-                config.optimiser.gradient_clip,
-                partial(taking, *seen),
-            )
+            taken = descend(at_step(optimiser, config.optimiser, step), differentiation, given)
             step += 1
             if taken is None:
                 skipped += 1
@@ -129,7 +127,7 @@ def train(
                 last_step = step == end
                 closer = step % intervals.preview == 0
                 if step % intervals.log == 0 or closer or last_step:
-                    close = health_of(model, scene, shown, partial(forward, model, *seen)) if closer else {}
+                    close = health_of(model, scene, shown, partial(taking, given)) if closer else {}
                     figures = figures_of(*taken) | close
                     if journal:
                         journal.log(step, figures)
@@ -159,12 +157,19 @@ def _at(before: Checkpoint | None, config: TrainConfig, device: torch.device) ->
     return model, optimiser
 
 
-def stepping(model: Model) -> Callable[..., StepResult]:
+def stepping(
+    model: Model, scene: SceneConfig, config: TrainConfig, device: torch.device
+) -> Callable[[Given], StepResult]:
     """`forward` of this model, such that a gradient of its loss is the mean over all processes."""
-    if processes.count() == 1:
-        return partial(forward, model)
-    # Running means are those of the whole batch already, and nothing needs to be sent.
-    return DistributedDataParallel(Step(model), forward_sync_buffers=False)
+    taking: Callable[..., StepResult] = partial(forward, model)
+    if processes.count() > 1:
+        # Running means are those of the whole batch already, and nothing needs to be sent.
+        taking = DistributedDataParallel(Step(model), forward_sync_buffers=False)
+    fixed = fixed_geometry(model, scene, config.loss), scene, config.loss
+    convolutions, views = number_format(config.precision, device), config.optimiser.views_per_instance
+    return lambda given: taking(
+        *fixed, given.weights, given.pictures, given.azimuths, given.generator, convolutions, views
+    )
 
 
 def true_azimuths(config: LossConfig, known: Float[Tensor, "B"] | None) -> Float[Tensor, "B"] | None:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, nullcontext
 from copy import deepcopy
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -28,15 +27,17 @@ from trainer.data.source import Minibatch, PictureSource
 from trainer.model.batch_norm import synchronise
 from trainer.model.posterior import Posterior, divergence_between
 from trainer.model.vae import Model
+from trainer.recording import normal_noise
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 from trainer.training.clock import Clock
-from trainer.training.descent import Descent, descend
+from trainer.training.descent import Descent, Given, descend
 from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
 from trainer.training.loop import note_skipped, of_folder
 from trainer.training.optimiser import adam, at_step
+from trainer.training.recorded import differentiation_on
 from trainer.training.step import encode_mixed, number_format
 
 # Linear intensity of sRGB code 8: what is brighter is the object.
@@ -54,13 +55,14 @@ def reframe(
     intervals: Intervals,
     report: Callable[[int, dict[str, float]], None],
     device: torch.device = CPU,
+    record: bool = True,
 ) -> Checkpoint:
     """The phase of a run whose other steps are done, from what `training.loop.train` returned; returns the last
     checkpoint, which is also written there.
 
     It has so many steps, with numbers behind the others'; nothing is done where it has had as many. One that is
-    stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report`, device and
-    processes are as they are there.
+    stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report`, device,
+    `record` and processes are as they are there.
 
     Raises:
         DataError: no finite gradient any more.
@@ -77,10 +79,10 @@ def reframe(
         Journal(run_directory, config, before, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
         closing(source.minibatches(config.optimiser.batch_size, config.seed, before)) as drawn,
+        closing(sent_to(device, drawn)) as minibatches,
         enough_memory(device, config.optimiser.batch_size),
     ):
-        minibatches = sent_to(device, drawn)
-        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps, device)
+        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps, device, record)
         for step, taken in enumerate(learning, before + 1):
             if taken is None:
                 skipped += 1
@@ -106,6 +108,7 @@ def learn_reframed(
     minibatches: Iterator[Minibatch],
     steps: int,
     device: torch.device = CPU,
+    record: bool = True,
 ) -> Iterator[Descent["ReframingResult"] | None]:
     """Teaches the model's encoder what it says of pictures, also where the rule sets their objects.
 
@@ -121,18 +124,20 @@ def learn_reframed(
     optimiser = adam(student, schedule)
     own = processes.share(size)
     every_second = (torch.arange(size)[own] % 2 == 1)[:, None, None, None].to(device)
-    for step in range(steps):
-        pictures, _, generator = next(minibatches)
+
+    def forward(given: Given) -> ReframingResult:
+        pictures = given.pictures
         with torch.no_grad():
             taught = encode_mixed(teacher, pictures, convolutions)
-        moved = reframed(pictures, frame, torch.randn((size, 3), generator=generator)[own].to(pictures))
-        seen = torch.where(every_second, moved, pictures)
-        yield descend(
-            student,
-            at_step(optimiser, schedule, step),
-            schedule.gradient_clip,
-            partial(taking, seen, taught, convolutions),
-        )
+        noise = normal_noise((size, 3), given.generator, pictures.dtype, pictures.device)[own]
+        seen = torch.where(every_second, reframed(pictures, frame, noise), pictures)
+        result: ReframingResult = taking(seen, taught, convolutions)
+        return result
+
+    differentiation = differentiation_on(device, student, schedule.gradient_clip, forward, record)
+    for step in range(steps):
+        pictures, _, generator = next(minibatches)
+        yield descend(at_step(optimiser, schedule, step), differentiation, Given(pictures, None, None, generator))
     model.encoder.load_state_dict(student.encoder.state_dict())
     model.heads.load_state_dict(student.heads.state_dict())
 

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
-from trainer import processes
+from trainer import processes, recording
 from trainer.config import LossConfig, SceneConfig
 from trainer.model.encoder import Encoder
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
@@ -120,7 +120,7 @@ def forward(
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:
     """Raises FloatingPointError, in all processes that train together, where one of them has decoded what cannot be
     drawn."""
-    if processes.anywhere(not bool(vertices.isfinite().all())):
+    if processes.anywhere(not recording.is_sound(vertices.isfinite().all())):
         raise FloatingPointError("expected finite vertices, found NaN or infinity")
 
 

@@ -13,6 +13,7 @@ from torch import Tensor
 from rasteriser.pictures import HARD
 from rasteriser.topology import build_topology
 from tests.rasteriser.scenes import Scene, random_scene
+from trainer.recording import Recording
 from trainer.rendering import cuda, reference
 
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"
@@ -134,6 +135,32 @@ def test_an_expectation_is_the_weighed_sum_and_leaves_out_what_does_not_matter()
     assert not found.grad[:, 2].any()
     nothing = cuda.expected_log_likelihood(screen, colours, pictures, torch.zeros_like(weights), scene.topology)
     assert nothing.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("seed", [10, INTERPENETRATING[0]])
+def test_room_to_spare_changes_nothing_and_too_little_is_told(seed: int) -> None:
+    scene, screen, colours, pictures = _hypotheses(seed)
+    weights = torch.tensor([[0.7, 0.3, 0.0], [0.2, 0.8, 0.0]], device=DEVICE)
+    recording = Recording()
+
+    def run(room: list[int] | None) -> tuple[Tensor, Tensor, list[int]]:
+        moved = screen.clone().requires_grad_()
+        with recording.at_work(room):
+            values = cuda.expected_log_likelihood(moved, colours, pictures, weights, scene.topology, 0.0)
+            (gradient,) = torch.autograd.grad(values.sum(), moved)
+        return values.detach().cpu(), gradient.cpu(), [int(needed) for needed in recording.needed]
+
+    values, gradient, needed = run(None)
+    assert needed[0] == 4
+    assert (needed[1] > 0) == (seed == INTERPENETRATING[0])
+    spared, spared_gradient, again = run([6, needed[1] + 40, needed[2] + 1000])
+    assert again == needed
+    np.testing.assert_allclose(spared, values, rtol=1e-9)
+    _assert_close(spared_gradient, gradient)
+    for number in (0, 1, 2):
+        if needed[number]:
+            *_, told = run([one // 3 if number == which else one for which, one in enumerate(needed)])
+            assert told[number] == needed[number]
 
 
 def test_a_crease_threshold_decides_what_is_antialiased() -> None:

@@ -8,6 +8,7 @@ import triton.language as tl
 from jaxtyping import Bool, Float, Int32, Int64
 from torch import Tensor
 
+from trainer import recording
 from trainer.rendering import borders
 from trainer.rendering.triton_kernels.geometry import Geometry, Records
 from trainer.rendering.triton_kernels.lanes import lanes, tile
@@ -31,25 +32,25 @@ class Crossings(NamedTuple):
 
 
 def crossings(geometry: Geometry, records: Records, mesh: Mesh) -> Crossings:
-    """The lines of all meshes. Their number comes back to the host, to allocate no more than is needed."""
+    """The lines of all meshes; where there is more room than they need, the rest are of mesh 0, and not `long`."""
     faces = len(mesh.faces)
     counts = torch.zeros(records.sides.numel(), dtype=torch.int64, device=records.faces.device)
     _launch_pairs(geometry, records, mesh, counts, None)
     offsets = counts.cumsum(0)
-    total = int(offsets[-1])
-    pairs = torch.empty((total, 2), dtype=torch.int64, device=counts.device)
+    room = recording.length(offsets[-1])
+    pairs = torch.zeros((room, 2), dtype=torch.int64, device=counts.device)
     _launch_pairs(geometry, records, mesh, offsets - counts, pairs)
     found = Crossings(
         (pairs[:, 0] // faces).int(),
         torch.stack((pairs[:, 0] % faces, pairs[:, 1]), 1).int(),
-        pairs.new_empty((total, 4), dtype=torch.float64),
-        pairs.new_empty((total, 2), dtype=torch.int32),
-        pairs.new_empty(total, dtype=torch.bool),
+        pairs.new_zeros((room, 4), dtype=torch.float64),
+        pairs.new_zeros((room, 2), dtype=torch.int32),
+        pairs.new_zeros(room, dtype=torch.bool),
     )
     block = lanes(64)
-    _clip[(triton.cdiv(total, block),)](
+    _clip[(triton.cdiv(room, block),)](
         *found, geometry.screen, records.faces, mesh.faces, mesh.edges, mesh.face_edges,
-        total, geometry.screen.shape[1], faces, BLOCK=block, num_warps=2, enable_fp_fusion=False,
+        offsets[-1], room, geometry.screen.shape[1], faces, BLOCK=block, num_warps=2, enable_fp_fusion=False,
     )  # fmt: skip
     return found
 
@@ -67,17 +68,19 @@ def _launch_pairs(
     margin = borders.SAME_DEPTH * screen[..., 2].amax(1)
     rows, others = tile(4, 32)
     _pairs[(triton.cdiv(faces, rows), meshes)](
-        screen, records.faces, mesh.faces, margin, counts, counts if pairs is None else pairs, screen.shape[1], faces,
+        screen, records.faces, mesh.faces, margin, counts, counts if pairs is None else pairs,
+        0 if pairs is None else len(pairs), screen.shape[1], faces,
         FILL=pairs is not None, FACES=rows, OTHERS=others, num_warps=4, enable_fp_fusion=False,
     )  # fmt: skip
 
 
-@triton.jit
+@triton.jit(do_not_specialize=["room"])
 def _pairs(
-    screen, records, corners, margins, counts, pairs, vertices, faces,
+    screen, records, corners, margins, counts, pairs, room, vertices, faces,
     FILL: tl.constexpr, FACES: tl.constexpr, OTHERS: tl.constexpr,
 ):  # fmt: skip
-    """Counts the later faces that each face pierces and is pierced by; with FILL, writes them from counts[face] on."""
+    """Counts the later faces that each face pierces and is pierced by; with FILL, writes them from counts[face] on, as
+    far as there is room."""
     mesh = tl.program_id(1).to(tl.int64)
     screen += mesh * vertices * 3
     records += mesh * faces * RECORD
@@ -108,8 +111,9 @@ def _pairs(
             hits = pierced.to(tl.int64)
             if FILL:
                 place = found + tl.cumsum(hits, 1) - hits
-                tl.store(pairs + 2 * place, row + 0 * hits, mask=pierced)
-                tl.store(pairs + 2 * place + 1, other + 0 * hits, mask=pierced)
+                written = pierced & (place < room)
+                tl.store(pairs + 2 * place, row + 0 * hits, mask=written)
+                tl.store(pairs + 2 * place + 1, other + 0 * hits, mask=written)
             found += tl.sum(hits, 1)[:, None]
     if not FILL:
         tl.store(counts + row, found, mask=valid)
@@ -136,14 +140,14 @@ def _above(screen, p, q, r, corner, mask):
     return depth - (p + q * x + r * y)
 
 
-@triton.jit(do_not_specialize=["total"])
+@triton.jit(do_not_specialize=["total", "room"])
 def _clip(
     meshes, pairs, ends, ended_by, long, screen, records, corners, edges, face_edges,
-    total, vertices, faces, BLOCK: tl.constexpr,
+    total, room, vertices, faces, BLOCK: tl.constexpr,
 ):  # fmt: skip
     """Cuts the line in which two planes meet down to what lies inside both faces on the screen."""
     index = tl.program_id(0) * BLOCK + tl.arange(0, BLOCK)
-    valid = index < total
+    valid = (index < tl.load(total)) & (index < room)
     mesh = tl.load(meshes + index, valid, 0).to(tl.int64)
     screen += mesh * vertices * 3
     one = records + (mesh * faces + tl.load(pairs + 2 * index, valid, 0)) * RECORD + DEPTH

@@ -8,6 +8,7 @@ import triton.language as tl
 from jaxtyping import Float, Int32, Int64
 from torch import Tensor
 
+from trainer import recording
 from trainer.rendering import borders
 from trainer.rendering.triton_kernels.lanes import tile
 from trainer.rendering.triton_kernels.segments import Segments
@@ -28,14 +29,15 @@ class Cuts(NamedTuple):
 
 
 def cuts_of(segments: Segments, width: int, height: int) -> Cuts:
-    """All cuts. Their number comes back to the host, to allocate no more than is needed."""
+    """All cuts; where there is more room than they need, the rest are of no segment."""
     slots = len(segments.line)
     offsets = torch.zeros(slots + 1, dtype=torch.int64, device=segments.line.device)
     _launch(segments, offsets[1:], None, width, height)
     offsets = offsets.cumsum(0)
-    total = int(offsets[-1])
-    empty = segments.ends.new_empty
-    cuts = Cuts(offsets, *(empty(total, dtype=kind) for kind in (torch.int32, torch.float64, torch.int32)))
+    room = recording.length(offsets[-1])
+    zeros = segments.ends.new_zeros
+    kinds = (torch.int32, torch.float64, torch.int32)
+    cuts = Cuts(offsets.clamp(max=room), *(zeros(room, dtype=kind) for kind in kinds))
     _launch(segments, offsets, cuts, width, height)
     return cuts
 
@@ -44,17 +46,19 @@ def _launch(segments: Segments, counts: Int64[Tensor, "S"], cuts: Cuts | None, w
     meshes, (rows, others) = len(segments.offsets) - 1, tile(4, 32)
     unused = segments.line, segments.ends, segments.line
     _cuts[(triton.cdiv(len(segments.line), rows * meshes), meshes)](
-        segments.offsets, *segments[2:-1], counts, *(unused if cuts is None else cuts[1:]), width, height,
+        segments.offsets, *segments[2:-1], counts, *(unused if cuts is None else cuts[1:]),
+        0 if cuts is None else len(cuts.line), width, height,
         FILL=cuts is not None, SEGMENTS=rows, OTHERS=others, num_warps=1, enable_fp_fusion=False,
     )  # fmt: skip
 
 
-@triton.jit
+@triton.jit(do_not_specialize=["room"])
 def _cuts(
-    offsets, lines, ends, ended_by, counts, cut_segment, cut_position, cut_line, width, height,
+    offsets, lines, ends, ended_by, counts, cut_segment, cut_position, cut_line, room, width, height,
     FILL: tl.constexpr, SEGMENTS: tl.constexpr, OTHERS: tl.constexpr,
 ):  # fmt: skip
-    """Counts the cuts of one mesh's segments; with FILL, writes those of a segment from counts[segment] on."""
+    """Counts the cuts of one mesh's segments; with FILL, writes those of a segment from counts[segment] on, as far as
+    there is room."""
     first, last = tl.load(offsets + tl.program_id(1)), tl.load(offsets + tl.program_id(1) + 1)
     lane = tl.arange(0, OTHERS)[None, :]
     for start in range(first + tl.program_id(0) * SEGMENTS, last, SEGMENTS * tl.num_programs(0)):
@@ -76,9 +80,10 @@ def _cuts(
                 t = (boundary.to(tl.float64) - tl.where(is_column, x, y)) / tl.where(across == 0, 1.0, across)
                 code = -3 * boundary - tl.where(is_column, 2, 3)
                 end_code = tl.load(ended_by + 2 * segment + index + 2, within & is_end, 0)
-                tl.store(cut_segment + place, segment + 0 * index, mask=within)
-                tl.store(cut_position + place, tl.where(is_end, (index + 2).to(tl.float64), t), mask=within)
-                tl.store(cut_line + place, tl.where(is_end, end_code, code), mask=within)
+                written = within & (place < room)
+                tl.store(cut_segment + place, segment + 0 * index, mask=written)
+                tl.store(cut_position + place, tl.where(is_end, (index + 2).to(tl.float64), t), mask=written)
+                tl.store(cut_line + place, tl.where(is_end, end_code, code), mask=written)
         found += 2 + columns + rows
         for other_start in range(first, last, OTHERS):
             other = other_start + lane
@@ -100,9 +105,10 @@ def _cuts(
             hits = cut.to(tl.int64)
             if FILL:
                 place = found + tl.cumsum(hits, 1) - hits
-                tl.store(cut_segment + place, segment + 0 * other, mask=cut)
-                tl.store(cut_position + place, t, mask=cut)
-                tl.store(cut_line + place, tl.load(lines + other, known, 0) + 0 * segment, mask=cut)
+                written = cut & (place < room)
+                tl.store(cut_segment + place, segment + 0 * other, mask=written)
+                tl.store(cut_position + place, t, mask=written)
+                tl.store(cut_line + place, tl.load(lines + other, known, 0) + 0 * segment, mask=written)
             found += tl.sum(hits, 1)[:, None]
         if not FILL:
             tl.store(counts + segment, found, mask=valid)

@@ -19,15 +19,22 @@ from trainer.rendering.triton_kernels.pieces import Pieces, pieces_of
 from trainer.rendering.triton_kernels.segments import Segments, segments_of
 
 
+class Borders(NamedTuple):
+    """Where what is seen changes abruptly within a pixel."""
+
+    crossings: Crossings
+    segments: Segments
+    cuts: Cuts
+    pieces: Pieces
+
+
 class View(NamedTuple):
     """What is seen where: all that is decided, none of it differentiable."""
 
     records: Records
     visible: Int32[Tensor, "N H W"]
-    crossings: Crossings
-    segments: Segments
-    cuts: Cuts
-    pieces: Pieces
+    borders: Borders | None
+    """None where nothing is antialiased."""
 
 
 def pictures_of(
@@ -41,19 +48,25 @@ def pictures_of(
     """Pictures in float32, on black, of at least one mesh with at least one face; all must be finite."""
     geometry = lines_and_planes(screen, colours, mesh)
     view = _view(Geometry(*(part.detach() for part in geometry)), mesh, width, height, crease)
-    one, two = (geometry.planes[view.crossings.mesh, view.crossings.faces[:, which], 0] for which in range(2))
-    lines = torch.cat((geometry.lines.flatten(0, 1), one - two))
+    lines = geometry.lines.flatten(0, 1)
+    if view.borders is not None:
+        met = view.borders.crossings
+        one, two = (geometry.planes[met.mesh, met.faces[:, which], 0] for which in range(2))
+        lines = torch.cat((lines, one - two))
     pictures: Tensor = _Paint.apply(geometry.screen, lines, geometry.planes, view)
     return pictures
 
 
 def _view(geometry: Geometry, mesh: Mesh, width: int, height: int, crease: float) -> View:
     records = records_of(geometry, mesh)
-    crossed = crossings(geometry, records, mesh) if 0 <= crease < math.inf else no_crossings(geometry)
+    visible = visible_faces(records, width, height)
+    if crease < 0:
+        return View(records, visible, None)
+    crossed = crossings(geometry, records, mesh) if crease < math.inf else no_crossings(geometry)
     segments = segments_of(geometry, records, crossed, mesh, crease)
     cuts = cuts_of(segments, width, height)
     pieces = pieces_of(records, segments, cuts, geometry.lines[..., 0].numel(), width, height)
-    return View(records, visible_faces(records, width, height), crossed, segments, cuts, pieces)
+    return View(records, visible, Borders(crossed, segments, cuts, pieces))
 
 
 class _Paint(torch.autograd.Function):
@@ -63,16 +76,21 @@ class _Paint(torch.autograd.Function):
         ctx.view = view
         # Summed in float64, so that neither cancellation nor the order of the pieces shows in float32.
         picture = interior(planes, view.visible)
-        add_boundaries(screen, lines, planes, view.records, view.segments, view.cuts, view.pieces, picture)
+        if view.borders is not None:
+            _, segments, cuts, pieces = view.borders
+            add_boundaries(screen, lines, planes, view.records, segments, cuts, pieces, picture)
         return picture.float()
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor, Tensor, Tensor, None]:
+    def backward(ctx: Any, upstream: Tensor) -> tuple[Tensor | None, Tensor | None, Tensor, None]:
         screen, lines, planes = ctx.saved_tensors
         view, upstream = ctx.view, upstream.contiguous()
         to_planes = interior_gradient(planes, view.records, view.visible, upstream)
+        if view.borders is None:
+            return None, None, to_planes, None
+        _, segments, cuts, pieces = view.borders
         to_screen, to_lines = boundaries_gradient(
-            screen, lines, planes, view.records, view.segments, view.cuts, view.pieces, upstream, to_planes
+            screen, lines, planes, view.records, segments, cuts, pieces, upstream, to_planes
         )
         return to_screen, to_lines, to_planes, None

@@ -32,8 +32,10 @@ class Pieces(NamedTuple):
 def pieces_of(records: Records, segments: Segments, cuts: Cuts, edge_lines: int, width: int, height: int) -> Pieces:
     """For each cut, the piece that begins there. The first `edge_lines` lines are edges, the others crossings."""
     meshes, faces = records.sides.shape
-    total, empty = len(cuts.line), cuts.line.new_empty
-    pieces = Pieces(empty(total), empty(total, dtype=torch.int64), empty((total, 2)))
+    total = len(cuts.line)
+    # What nothing is written to is no piece.
+    pixel = cuts.line.new_full((total,), -1)
+    pieces = Pieces(pixel, pixel.new_empty(total, dtype=torch.int64), pixel.new_empty((total, 2)))
     block = lanes(64)
     programs = max(1, triton.cdiv(total, block * max(meshes, 1)))
     _pieces[(programs, meshes)](
@@ -44,7 +46,7 @@ def pieces_of(records: Records, segments: Segments, cuts: Cuts, edge_lines: int,
     return pieces
 
 
-@triton.jit
+@triton.jit(do_not_specialize=["edge_lines"])
 def _pieces(
     pixels, piece_ends, piece_faces, cut_offsets, cut_segment, cut_position, segment_offsets, segment_lines,
     segment_ends, segment_faces, records, sides, edge_lines, faces, width, height, BLOCK: tl.constexpr,

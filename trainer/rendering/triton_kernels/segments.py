@@ -51,12 +51,7 @@ def _drawn_faces(records: Records, mesh: Mesh) -> Int32[Tensor, "N E 2"]:
 
 
 def _sharp_edges(geometry: Geometry, records: Records, mesh: Mesh, crease: float) -> Bool[Tensor, "N E"]:
-    """Contours, whose faces all lie on one side of them on the screen, and creases, where colours bend sharply; none
-    where `crease` is negative."""
-    if crease < 0:
-        return torch.zeros(
-            (len(geometry.screen), len(mesh.edge_faces)), dtype=torch.bool, device=geometry.screen.device
-        )
+    """Contours, whose faces all lie on one side of them on the screen, and creases, where colours bend sharply."""
     x, y = geometry.screen[:, mesh.edge_opposite, 0], geometry.screen[:, mesh.edge_opposite, 1]
     sides = side_of(geometry.lines[:, :, None], x, y)
     drawn = records.drawn[:, mesh.edge_faces]
