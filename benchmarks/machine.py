@@ -6,7 +6,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("numpy", "numba", "llvmlite", "torch", "DEODR", "scipy", "mitsuba", "drjit", "matplotlib")
+PACKAGES = ("numpy", "numba", "llvmlite", "torch", "triton", "DEODR", "scipy", "mitsuba", "drjit", "matplotlib")
 
 
 def machine() -> dict[str, Any]:

@@ -14,7 +14,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import torch
 import tyro
@@ -39,24 +39,48 @@ class Options:
     """How often each setting is measured; the median counts."""
     pictures: int = 512
     """Pictures that are trained on, of as many cars."""
+    images: Path | None = None
+    """Folder of pictures to train on in their place."""
+    devices: tuple[Literal["cpu", "cuda"], ...] = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
+    """Where to train."""
+
+
+class Way(NamedTuple):
+    """How a training computes."""
+
+    device: str
+    processes: int
+    threads: int
+    recorded: bool
 
 
 def main() -> None:
     options = tyro.cli(Options, prog="python -m benchmarks.training", description=__doc__)
     console = Console(stderr=True)
-    ways = list(dict.fromkeys([("cpu", 1, 1), ("cpu", 1, CORES), ("cpu", CORES, 1)]))
-    if torch.cuda.is_available():
-        ways.append(("cuda", 1, CORES))
-    found: dict[tuple[str, str, int, int], list[dict[str, Any]]] = {}
+    ways = [
+        Way(device, count, threads, recorded)
+        for device, count, threads, recorded in dict.fromkeys(
+            [
+                ("cpu", 1, 1, False),
+                ("cpu", 1, CORES, False),
+                ("cpu", CORES, 1, False),
+                ("cuda", 1, CORES, False),
+                ("cuda", 1, CORES, True),
+            ]
+        )
+        if device in options.devices
+    ]
+    found: dict[tuple[str, Way], list[dict[str, Any]]] = {}
     with TemporaryDirectory() as folder:
-        render = ["trainer", "render", "--class", "car", "--instances", str(options.pictures), "--output", folder]
-        subprocess.run([sys.executable, "-m", *render], check=True, stderr=subprocess.DEVNULL)
+        images = options.images or Path(folder)
+        if options.images is None:
+            render = ["trainer", "render", "--class", "car", "--instances", str(options.pictures), "--output", folder]
+            subprocess.run([sys.executable, "-m", *render], check=True, stderr=subprocess.DEVNULL)
         for turn in range(options.rounds):
             for preset in options.presets:
-                for device, count, threads in ways:
-                    console.print(f"round {turn + 1}: {preset}, {device}, {count} processes of {threads} threads")
-                    once = measure(Path(folder), preset, options.steps, device, count, threads)
-                    found.setdefault((preset, device, count, threads), []).append(once)
+                for way in ways:
+                    console.print(f"round {turn + 1}: {preset}, {way}")
+                    found.setdefault((preset, way), []).append(measure(images, preset, options.steps, way))
     report = {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "machine": machine(),
@@ -70,21 +94,22 @@ def main() -> None:
     console.print(f"written: {options.output / 'training.json'}")
 
 
-def measure(images: Path, preset: str, steps: int, device: str, count: int, threads: int) -> dict[str, Any]:
+def measure(images: Path, preset: str, steps: int, way: Way) -> dict[str, Any]:
     """What `benchmarks.training_steps` prints."""
     start = [sys.executable, "-m"]
-    if count > 1:
+    if way.processes > 1:
         start += [
             "torch.distributed.run",
             "--nproc-per-node",
-            str(count),
+            str(way.processes),
             "--master-port",
             str(free_port()),
             "-m",
             "--",
         ]
-    options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", threads, "--device", device]
-    command = [*start, "benchmarks.training_steps", *map(str, options)]
+    options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", way.threads]
+    where = ["--device", way.device, "--record" if way.recorded else "--no-record"]
+    command = [*start, "benchmarks.training_steps", *map(str, options), *where]
     told = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     once: dict[str, Any] = json.loads(told.stdout.splitlines()[-1])
     return once
@@ -96,15 +121,13 @@ def free_port() -> int:
         return int(free.getsockname()[1])
 
 
-def summary(preset: str, device: str, count: int, threads: int, rounds: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(preset: str, way: Way, rounds: list[dict[str, Any]]) -> dict[str, Any]:
     seconds = [once["seconds"] for once in rounds]
     middle = sorted(rounds, key=lambda once: once["seconds"])[len(rounds) // 2]
     rate = rounds[0]["batch"] / statistics.median(seconds)
     return {
         "preset": preset,
-        "device": device,
-        "processes": count,
-        "threads": threads,
+        **way._asdict(),
         "batch": rounds[0]["batch"],
         "pictures_per_second": round(rate, 1),
         "seconds_a_step": [round(one, 4) for one in seconds],

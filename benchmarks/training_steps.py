@@ -36,12 +36,13 @@ STAGES: dict[str, tuple[Any, str]] = {
 }
 
 
-def main(images: Path, preset: str, steps: int, threads: int, device: Choice = "cpu") -> None:
-    """`images` is a folder of pictures; `steps` are measured, after some that are not."""
+def main(images: Path, preset: str, steps: int, threads: int, device: Choice = "cpu", record: bool = False) -> None:
+    """`images` is a folder of pictures; `steps` are measured, after some that are not. Of steps that are recorded
+    there are no stages; others wait for a GPU after each."""
     config = load_preset(preset)
     config = replace(config, optimiser=replace(config.optimiser, steps=FIRST_STEPS + steps))
     spent = dict.fromkeys(STAGES, 0.0)
-    for name, (module, function) in STAGES.items():
+    for name, (module, function) in STAGES.items() if not record else ():
         setattr(module, function, timed(getattr(module, function), spent, name))
     at: dict[int, tuple[float, dict[str, float]]] = {}
 
@@ -53,13 +54,14 @@ def main(images: Path, preset: str, steps: int, threads: int, device: Choice = "
         pictures = load_image_folder(images, config.width, config.height)
         intervals = Intervals(log=EVERY, preview=10**6, checkpoint=10**6)
         where = chosen_device(device)
-        train(config, pictures, "car", Path(folder), intervals, False, report, {}, device=where)
+        train(config, pictures, "car", Path(folder), intervals, False, report, {}, device=where, record=record)
         if processes.number() == 0:
             (begun, before), (ended, after) = at[FIRST_STEPS], at[FIRST_STEPS + steps - EVERY]
             counted = steps - EVERY  # The last step writes a preview before it reports.
             seconds = (ended - begun) / counted
-            stages = {name: (after[name] - before[name]) / counted for name in STAGES}
-            stages["networks' backward, decoder, Adam"] = seconds - sum(stages.values())
+            stages = {} if record else {name: (after[name] - before[name]) / counted for name in STAGES}
+            if stages:
+                stages["networks' backward, decoder, Adam"] = seconds - sum(stages.values())
             told = {"batch": config.optimiser.batch_size, "seconds": seconds, "stages": stages}
             print(json.dumps(told | roofline(config, where)))
 
@@ -73,8 +75,8 @@ def roofline(config: TrainConfig, device: torch.device) -> dict[str, float]:
     with FlopCounterMode(display=False) as counter:
         posterior = step.encode_mixed(model, images, convolutions)
         (sum(part.sum() for part in posterior[:5]) + model.decode(posterior.shape_mean).sum()).backward()
-    operations, size = counter.get_total_flops(), 2048
-    factor = torch.ones(size, size, dtype=convolutions, device=device)
+    operations, size = counter.get_total_flops(), 2048 if device.type == "cpu" else 8192
+    factor = torch.randn(size, size, device=device).to(convolutions)
     seconds = []
     for _ in range(8):
         begun = time.perf_counter()
@@ -84,12 +86,20 @@ def roofline(config: TrainConfig, device: torch.device) -> dict[str, float]:
     return {"network_operations": operations, "peak_operations_a_second": peak, "least_seconds": operations / peak}
 
 
+def wait() -> None:
+    """Until a GPU, if there is one, has done what it was told."""
+    if torch.cuda.is_available():
+        torch.cuda.synchronize()
+
+
 def timed(function: Callable[..., Any], spent: dict[str, float], name: str) -> Callable[..., Any]:
     def measured(*arguments: Any, **options: Any) -> Any:
+        wait()
         begun = time.perf_counter()
         try:
             return function(*arguments, **options)
         finally:
+            wait()
             spent[name] += time.perf_counter() - begun
 
     return measured
