@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs" / "scale.md").read_text()
 TRAININGS = json.loads((ROOT / "benchmarks" / "training.json").read_text())["trainings"]
+GPU = json.loads((ROOT / "docs" / "results" / "gpu.json").read_text())
 STREAM = json.loads((ROOT / "docs" / "results" / "scale.json").read_text())["streaming"]
 
 
@@ -38,3 +39,35 @@ def test_memory_stays_flat_over_a_hundred_thousand_pictures() -> None:
     said = re.sub(r"\s+", " ", TEXT)
     assert f"{first:.0f} MiB after the first twentieth, and between {min(later):.0f} and {max(later):.0f} MiB" in said
     assert f"{STREAM['pictures_per_second']:,.0f} pictures a second" in said
+
+
+def test_trainings_on_a_gpu() -> None:
+    trainings, said = GPU["trainings"], re.sub(r"\s+", " ", TEXT)
+    by_itself = trainings["by_itself"]
+    assert (
+        f"| each kernel launched | {by_itself['seconds_of_1500_steps']:.1f} s | {by_itself['seconds']:.1f} s | |"
+        in TEXT
+    )
+    rows = re.findall(r"^\| recorded.* \| (\S+) s \| (\S+) s \| (\S+) \|$", TEXT, re.M)
+    assert rows == [
+        (f"{one['seconds_of_1500_steps']:.1f}", f"{one['seconds']:.1f}", f"{one['validation']['iou']:.3f}")
+        for one in trainings["recorded"]
+    ]
+    assert f"of one CPU core | | | {trainings['ships']['validation']['iou']:.3f} |" in TEXT
+    first, second = zip(*(trainings["same_seed_twice"][step] for step in ("20", "1500")), strict=True)
+    assert f"losses of {first[0]:.1f} and {second[0]:.1f} after 20 steps, of {first[1]:.1f} and {second[1]:.1f}" in said
+
+
+def test_steps_on_a_gpu() -> None:
+    step, said = GPU["step"], re.sub(r"\s+", " ", TEXT)
+    milliseconds, kernels = step["median_milliseconds"], step["milliseconds_of_kernels"]
+    assert f"A step takes {milliseconds:.1f} ms" in said
+    assert f"({round(64e3 / milliseconds, -2):,.0f} pictures a second)" in said
+    assert f"of which {kernels:.1f} ms are kernels" in said
+    assert round(step["kernels"], -2) == 1300
+    assert round(1000 * kernels / step["kernels"]) == 4
+    paper = [one for one in GPU["benchmark"]["trainings"] if one["preset"] == "paper"]
+    anew, recorded = (f"{one['pictures_per_second']:,.0f}" for one in sorted(paper, key=lambda one: one["recorded"]))
+    assert f"{recorded} pictures a second instead of {anew}" in said
+    assert f"is {step['paper']['milliseconds_of_kernels']:.0f} ms of kernels" in said
+    assert f"{GPU['tests']['passed']} tests" in said

@@ -65,7 +65,7 @@ class TrainCommand:
     reframing_share: float = 0.5
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
-    device: Choice = "cpu"
+    device: Choice = "auto"
     """Where the networks and the renderer compute; auto: a GPU where there is one."""
     record: bool = True
     """On a GPU, record a step's kernels once and replay them; --no-record launches each kernel anew, for those who look
