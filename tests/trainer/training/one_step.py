@@ -18,8 +18,10 @@ from trainer.data.source import FolderPictures
 from trainer.model.batch_norm import synchronise
 from trainer.model.loss import pose_in_code
 from trainer.model.vae import Model
+from trainer.training.descent import Given
+from trainer.training.device import CPU
 from trainer.training.figures import figures_of
-from trainer.training.loop import fixed_geometry, stepping
+from trainer.training.loop import stepping
 from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 
@@ -56,12 +58,9 @@ def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
     views = config.optimiser.views_per_instance
     batch, _, generator = next(source.minibatches(config.optimiser.batch_size, 0, 0, views))
     weights = weights_at(config.loss, 1000, config.width, config.height)
-    geometry = fixed_geometry(model, scene, config.loss)
-    assert geometry.laplacian is not None
-    geometry = geometry._replace(laplacian=geometry.laplacian.double())
-    seen = geometry, scene, config.loss, weights, batch.double(), None, generator, torch.float32, views
-    taking = stepping(model)  # It averages the gradients as long as it lives.
-    result = taking(*seen)
+    # It averages the gradients as long as it lives.
+    taking = stepping(model, scene, replace(config, precision="float32"), CPU)
+    result = taking(Given(batch.double(), None, weights, generator))
     result.loss().backward()
     figures = {name: torch.tensor(value) for name, value in figures_of(result, 0.0).items()}
     gradients = {name: parameter.grad for name, parameter in model.named_parameters() if parameter.grad is not None}
