@@ -80,7 +80,7 @@ DETAILED = {
     name: Model(name, name, candidates=("subdivision",), preset="detailed", steps=6000)
     for name in ("bench", "chair", "lamp", "table")
 }
-# What is thin wants more pixels, too; lamps gained nothing by them (docs/results/gpu.json). Tables were trained on a GPU.
+# What is thin wants more pixels, too; lamps and benches did not (docs/results/gpu.json). Tables were trained on a GPU.
 CLOSER = ("--width", "96", "--height", "72")
 DETAILED["table"] = replace(DETAILED["table"], steps=4500, options=CLOSER)
 # Blocks go on finding their places for long, too: corner sofas come late.
