@@ -57,19 +57,9 @@ class Way(NamedTuple):
 def main() -> None:
     options = tyro.cli(Options, prog="python -m benchmarks.training", description=__doc__)
     console = Console(stderr=True)
-    ways = [
-        Way(device, count, threads, recorded)
-        for device, count, threads, recorded in dict.fromkeys(
-            [
-                ("cpu", 1, 1, False),
-                ("cpu", 1, CORES, False),
-                ("cpu", CORES, 1, False),
-                ("cuda", 1, CORES, False),
-                ("cuda", 1, CORES, True),
-            ]
-        )
-        if device in options.devices
-    ]
+    on_cores = Way("cpu", 1, 1, False), Way("cpu", 1, CORES, False), Way("cpu", CORES, 1, False)
+    on_gpu = Way("cuda", 1, CORES, False), Way("cuda", 1, CORES, True)
+    ways = [way for way in dict.fromkeys(on_cores + on_gpu) if way.device in options.devices]
     found: dict[tuple[str, Way], list[dict[str, Any]]] = {}
     with TemporaryDirectory() as folder:
         images = options.images or Path(folder)

@@ -31,8 +31,8 @@ def test_seeds_whose_codes_are_kept_from_telling_poses() -> None:
     less = [one - other for one, other in zip(kept, free, strict=True)]
     said = (
         f"the IoU is {statistics.mean(kept):.3f} instead of {statistics.mean(free):.3f} (the mean difference is "
-        f"{statistics.mean(less):.3f} ± {statistics.stdev(less) / 10**0.5:.3f}, one standard error), the azimuths within "
-        f"30° {statistics.mean(kept_right):.2f} instead of {statistics.mean(free_right):.2f}"
+        f"{statistics.mean(less):.3f} ± {statistics.stdev(less) / 10**0.5:.3f}, one standard error), the azimuths "
+        f"within 30° {statistics.mean(kept_right):.2f} instead of {statistics.mean(free_right):.2f}"
     )
     assert said in section("What made the difference")
 
