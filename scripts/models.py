@@ -80,7 +80,7 @@ DETAILED = {
     name: Model(name, name, candidates=("subdivision",), preset="detailed", steps=6000)
     for name in ("bench", "chair", "lamp", "table")
 }
-# What is thin wants more pixels, too; lamps and benches did not (docs/results/gpu.json). Tables were trained on a GPU.
+# What is thin came out better of more pixels, but not lamps and benches (docs/results/gpu.json). Tables: on a GPU.
 CLOSER = ("--width", "96", "--height", "72")
 DETAILED["table"] = replace(DETAILED["table"], steps=4500, options=CLOSER)
 # Blocks go on finding their places for long, too: corner sofas come late.
