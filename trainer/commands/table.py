@@ -18,6 +18,7 @@ from trainer.data.shapes.catalogue import check_category
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
 from trainer.presets import DEFAULT, load_preset
+from trainer.selection.starts import check_starts
 from trainer.tables.cells import Entry, Task, entries_of, tasks_of
 from trainer.tables.page import as_json, as_markdown
 from trainer.tables.pictures import missing_folders, render_missing
@@ -56,6 +57,8 @@ class TableCommand:
     """Steps of each training; 0 means the preset's."""
     budget: float = 0.0
     """Instead of --steps: minutes of training in all, shared out evenly to the table's trainings, done or not."""
+    starts: int = 1
+    """Trainings that are begun for each seed, as by `trainer train --starts`; no two seeds have one in common."""
     shapenet: Path | None = None
     """Folder of ShapeNetCore, instead of procedural classes."""
     instances: int = 0
@@ -114,8 +117,12 @@ class TableCommand:
         ):
             if not (math.isfinite(value) and low <= value <= high):
                 raise ConfigError(f"Expected --{option} from {low} to {high}, found {value}.")
+        check_starts(self.starts)
         if self.steps and self.budget:
             raise ConfigError("Expected either --steps or --budget, found both.")
+        if self.starts > 1 and self.budget:
+            # A choice is made after a share of the steps, and time does not tell beforehand how many these are.
+            raise ConfigError("Expected either --starts or --budget, found both.")
         if not 1 <= len(self.seeds) <= MOST_SEEDS or len(set(self.seeds)) < len(self.seeds):
             raise ConfigError(f"Expected 1 to {MOST_SEEDS} different --seeds, found {self.seeds}.")
 
@@ -139,6 +146,7 @@ class TableCommand:
             seconds=self.budget * 60 / len(tasks) if self.budget else None,
             shapenet=self.shapenet,
             picture_size=size,
+            starts=self.starts,
         )
 
     def _recipe(self) -> TrainConfig:

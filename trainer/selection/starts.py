@@ -42,6 +42,7 @@ class Start:
     seed: int
     bound: float | None
     """Lower bound of log p(x), mean over pictures that are the same for all, nats; None where the training failed."""
+    seconds: float
     core_seconds: float
     problem: str | None = None
     """Why it has no bound."""
@@ -70,8 +71,7 @@ def best_start(
         KeyboardInterrupt: after Ctrl-C; everything is saved, and the same call goes on.
         StorageError: the disk is full.
     """
-    if not 1 <= starts <= MOST_STARTS:
-        raise ConfigError(f"Expected --starts from 1 to {MOST_STARTS}, found {starts}.")
+    check_starts(starts)
     if processes.count() > 1:
         raise ConfigError(
             f"Expected one process for --starts {starts}, found {processes.count()}. Begin with one, and go on with "
@@ -97,6 +97,12 @@ def best_start(
     return seeds[best]
 
 
+def check_starts(starts: int) -> None:
+    """Raises ConfigError."""
+    if not 1 <= starts <= MOST_STARTS:
+        raise ConfigError(f"Expected --starts from 1 to {MOST_STARTS}, found {starts}.")
+
+
 def _begun(
     config: TrainConfig,
     images: ImageSet | PictureSource,
@@ -116,9 +122,9 @@ def _begun(
             raise KeyboardInterrupt
         bound = _bound(last, judged)
     except (DataError, FloatingPointError) as error:
-        spent = load_checkpoint(directory).run["core_seconds"] if (directory / FILE_NAME).exists() else 0.0
-        return Start(config.seed, None, spent, str(error))
-    return Start(config.seed, round(bound, 3), last.run["core_seconds"])
+        run = load_checkpoint(directory).run if (directory / FILE_NAME).exists() else {}
+        return Start(config.seed, None, run.get("seconds", 0.0), run.get("core_seconds", 0.0), str(error))
+    return Start(config.seed, round(bound, 3), last.run["seconds"], last.run["core_seconds"])
 
 
 def _bound(trained: Checkpoint, judged: Float[Tensor, "N 3 H W"]) -> float:

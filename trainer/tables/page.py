@@ -78,6 +78,8 @@ def _conditions(study: Study, results: Sequence[Result]) -> str:
     budget = f"{recipe.optimiser.steps} steps each"
     if study.seconds is not None:
         budget = f"{study.seconds / 60:.1f} minutes each"
+    if study.starts > 1:
+        budget += f", the best of {study.starts} starts"
     seeds = sorted({result.entry.cell.seed for result in results})
     return (
         f"Recipe `{study.recipe_name}`: {recipe.width} × {recipe.height}, batches of {recipe.optimiser.batch_size}, "
@@ -235,6 +237,7 @@ def _study(study: Study) -> dict[str, Any]:
         "test_instances": study.test_instances,
         "test_views": study.test_views,
         "seconds": study.seconds,
+        "starts": study.starts,
     }
 
 

@@ -1,9 +1,9 @@
 """A study: what all cells of a table have in common, and where each keeps its files.
 
 OUT/pictures/<size>/<source>/<class>/<light>/       train-<objects>x<views>, validation-…, test-…
-OUT/runs/<recipe>/<class>/<setting>/seed-<n>/
+OUT/runs/<recipe>[-best-of-<starts>]/<class>/<setting>/seed-<n>/
     cell.json          what was asked for; another cell is refused here
-    trained.json       steps, seconds and core seconds, once the training is done
+    trained.json       steps, seconds and core seconds (all starts' together), once the training is done
     evaluation-…/      what `trainer evaluate` writes
 """
 
@@ -59,6 +59,8 @@ class Study:
     """ShapeNetCore instead of procedural classes."""
     picture_size: tuple[int, int] | None = None
     """Width and height at which pictures are rendered, pixels; None: at the recipe's. Trainings reduce them."""
+    starts: int = 1
+    """Trainings that are begun for each cell, of which one goes on (`selection.starts`)."""
 
     @property
     def objects(self) -> str:
@@ -66,10 +68,12 @@ class Study:
         return "procedural" if self.shapenet is None else "ShapeNet"
 
     def config(self, cell: Cell) -> TrainConfig:
-        return replace(training_config(cell.setting, self.recipe), seed=cell.seed)
+        """Of several starts, the first one's: no two cells have a start in common."""
+        return replace(training_config(cell.setting, self.recipe), seed=self.starts * cell.seed)
 
     def run_directory(self, cell: Cell) -> Path:
-        return self.root / "runs" / self.recipe_name / cell.category / setting_name(cell.setting) / f"seed-{cell.seed}"
+        recipe = self.recipe_name if self.starts == 1 else f"{self.recipe_name}-best-of-{self.starts}"
+        return self.root / "runs" / recipe / cell.category / setting_name(cell.setting) / f"seed-{cell.seed}"
 
     def evaluation(self, cell: Cell, test_views: int) -> Path:
         """Where the judge's files are."""

@@ -2,6 +2,8 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
@@ -9,6 +11,7 @@ from trainer.errors import ConfigError
 from trainer.evaluation.pictures import from_folder, grouped, validation_from
 from trainer.evaluation.record import judge_and_record
 from trainer.evaluation.subject import from_checkpoint
+from trainer.selection.starts import STARTS_FILE, Start, best_start
 from trainer.tables.cells import Cell, Task
 from trainer.tables.study import CELL_FILE, TRAINED_FILE, Study
 from trainer.training.checkpoint import FILE_NAME, load_checkpoint
@@ -49,19 +52,29 @@ def _train(study: Study, cell: Cell) -> None:
     images = load_image_folder(folder, config.width, config.height, zoom=config.zoom)
     write_bytes(directory / CELL_FILE, _json(study.identity(cell)))
     steps, seconds, core_seconds = 0, 0.0, 0.0
+    provenance = {"images": str(folder.resolve())}
+    if study.starts > 1 and not (directory / FILE_NAME).exists():
+        best_start(config, study.starts, images, cell.category, directory, Intervals(), _heard_by_nobody, provenance)
     if begun := (directory / FILE_NAME).exists():
         before = load_checkpoint(directory)
         steps, seconds, core_seconds = before.step, before.run["seconds"], before.run.get("core_seconds", 0.0)
+        config = replace(config, seed=before.config.seed)
     while (goal := study.next_goal(cell, steps, seconds)) > steps:
         part = replace(config, optimiser=replace(config.optimiser, steps=goal))
-        last = train(
-            part, images, cell.category, directory, Intervals(), begun, _to_nobody, {"images": str(folder.resolve())}
-        )
+        last = train(part, images, cell.category, directory, Intervals(), begun, _to_nobody, provenance)
         if last.step < goal:
             raise KeyboardInterrupt
         steps, seconds, begun = last.step, last.run["seconds"], True
         core_seconds = last.run["core_seconds"]
+    given_up = _starts_given_up(directory) if study.starts > 1 else []
+    seconds += sum(start["seconds"] for start in given_up)
+    core_seconds += sum(start["core_seconds"] for start in given_up)
     write_bytes(directory / TRAINED_FILE, _json({"steps": steps, "seconds": seconds, "core_seconds": core_seconds}))
+
+
+def _starts_given_up(directory: Path) -> list[dict[str, Any]]:
+    choice = json.loads((directory / STARTS_FILE).read_text())
+    return [start for start in choice["starts"] if start["seed"] != choice["chosen"]]
 
 
 def _judge(study: Study, cell: Cell, test_views: int) -> None:
@@ -74,6 +87,10 @@ def _judge(study: Study, cell: Cell, test_views: int) -> None:
 
 def _to_nobody(step: int, figures: dict[str, float]) -> None:
     """The run directory's metrics.jsonl has the figures."""
+
+
+def _heard_by_nobody(start: Start) -> None:
+    """Its starts.json has them."""
 
 
 def _json(content: object) -> bytes:

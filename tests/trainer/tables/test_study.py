@@ -31,6 +31,14 @@ def test_procedural_objects_and_shapenet_s_are_never_mixed_up(tmp_path: Path) ->
         assert one.path != other.path
 
 
+def test_no_two_cells_have_a_start_in_common_nor_a_directory_with_a_single_training(tmp_path: Path) -> None:
+    one = study(tmp_path)
+    three = replace(one, starts=3)
+    assert [three.config(CELL._replace(seed=seed)).seed for seed in (0, 1, 2)] == [0, 3, 6]
+    assert three.run_directory(CELL) != one.run_directory(CELL)
+    assert three.training_pictures(CELL) == one.training_pictures(CELL)
+
+
 def test_pictures_of_other_settings_are_not_taken_for_complete(tmp_path: Path) -> None:
     own = study(tmp_path)
     folder = own.test_pictures(CELL)

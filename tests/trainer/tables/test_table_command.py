@@ -83,6 +83,34 @@ def test_a_table_is_made_and_nothing_is_made_twice(
 
 
 @pytest.mark.slow
+def test_of_several_starts_one_goes_on(tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    command = ["table", "seeds", "--starts", "2", "--preset", tiny, "--output", out, "--workers", "1", *FEW]
+    command[command.index("--seeds") + 1] = "3"
+    status, page, errors = answer(capsys, *command)
+    assert status == 0, errors
+    assert "6 steps each, the best of 2 starts" in page
+    written = json.loads((out / "seeds.json").read_text())
+    (cell,) = written["cells"]
+    assert (written["study"]["starts"], cell["seed"], cell["steps"]) == (2, 3, 6)
+    run = out / "runs/tiny-best-of-2/car/baseline/seed-3"
+    choice = json.loads((run / "starts.json").read_text())
+    assert [start["seed"] for start in choice["starts"]] == [6, 7]
+    told = load_checkpoint(run)
+    assert (told.step, told.config.seed) == (6, choice["chosen"])
+    # What was spent on the other start counts.
+    (other,) = (start for start in choice["starts"] if start["seed"] != choice["chosen"])
+    trained = json.loads((run / "trained.json").read_text())
+    for spent in ("seconds", "core_seconds"):
+        assert trained[spent] == pytest.approx(told.run[spent] + other[spent])
+
+    # Longer, it goes on with the same one.
+    status, _, errors = answer(capsys, *command, "--steps", "8")
+    assert status == 0, errors
+    assert (load_checkpoint(run).step, load_checkpoint(run).config.seed) == (8, choice["chosen"])
+
+
+@pytest.mark.slow
 def test_ctrl_c_saves_every_training_and_the_same_command_goes_on(
     tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -150,6 +178,8 @@ def test_time_becomes_steps_by_the_pace_of_the_first() -> None:
         ("table table-2 --classes caar", "found 'caar'; did you mean 'car'?"),
         ("table table-2 --classes car car", "Expected --classes that differ, found car car."),
         ("table table-2 --steps 5 --budget 3", "Expected either --steps or --budget, found both."),
+        ("table table-2 --starts 2 --budget 3", "Expected either --starts or --budget, found both."),
+        ("table table-2 --starts 0", "Expected --starts from 1 to 100, found 0."),
         ("table table-2 --steps -1", "Expected --steps from 0 to 1000000000, found -1."),
         ("table table-2 --budget nan", "Expected --budget from 0 to 1000000, found nan."),
         ("table table-2 --seeds 1 1", "Expected 1 to 100 different --seeds, found (1, 1)."),
