@@ -1,5 +1,7 @@
 """`python -m trainer train`"""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -21,8 +23,8 @@ from trainer.data.streaming import ShardPictures, open_shards
 from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import DEFAULT, load_preset, preset_names, preset_setting
-from trainer.selection.starts import Start, best_start
-from trainer.training.checkpoint import FILE_NAME, load_checkpoint
+from trainer.selection.starts import Start, begun, best_start, first_steps, usual_starts
+from trainer.training.checkpoint import FILE_NAME
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
@@ -59,9 +61,10 @@ class TrainCommand:
     its place."""
     resume: bool = False
     """Go on with the training in the run directory, with its settings; only --optimiser.* may change."""
-    starts: int = 1
-    """Trainings that are begun, from --seed on; the one that explains pictures best after a fifth of the steps goes on.
-    Guards against a seed that fails."""
+    starts: int = 0
+    """Trainings that are begun, from --seed on; the one that explains pictures best after 300 steps (or a fifth of all,
+    where that is less) goes on. Guards against a seed that fails. 0 means 3 where poses are to be found in 1500 steps
+    or more, by one process and not by the paper's objective; else 1. --resume remembers it."""
     reframing_share: float = 0.5
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
@@ -87,12 +90,13 @@ class TrainCommand:
             return cls(None, required)
         run, preset = _value_of("--run", arguments), _value_of("--preset", arguments) or DEFAULT
         if "--resume" in arguments and run:
-            before = load_checkpoint(Path(run))
+            before, starts = begun(Path(run))
             images = Path(before.run["images"]) if "images" in before.run else None
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
             shards = Path(before.run["shards"]) if "shards" in before.run else None
             at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
-            return cls(images, required, shards, at_once, category=before.category, fresh=fresh, config=before.config)
+            options: dict[str, Any] = {"starts": starts, "fresh": fresh, "config": before.config}
+            return cls(images, required, shards, at_once, category=before.category, **options)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
@@ -132,26 +136,11 @@ class TrainCommand:
         if source.scene.zoom != 1:
             console.print(f"the middle of each picture is looked at, {source.scene.zoom:g} times as large")
         config, resume = self.config, self.resume
-        if self.starts != 1:
+        if self._starts() != 1:
             config, resume = self._best_start(source, category, provenance, console, device), True
-        columns = (
-            TextColumn("training"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]} steps/s"),
-            TimeRemainingColumn(),
-            TextColumn("loss {task.fields[loss]}"),
-        )
-        with Progress(*columns, console=console) as progress:
-            # Objects that were cut out are where the rule sets them already.
-            due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
-            bar = progress.add_task("training", total=config.optimiser.steps + due, rate="…", loss="…")
-
-            def report(step: int, figures: dict[str, float]) -> None:
-                speed = progress.tasks[bar].speed
-                rate = "…" if speed is None else f"{speed:.1f}"
-                progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
-
+        # Objects that were cut out are where the rule sets them already.
+        due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
+        with _progress(console, "training", config.optimiser.steps + due) as report:
             intervals, directory = self.intervals, self.run_directory
             last = train(
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
@@ -174,18 +163,31 @@ class TrainCommand:
         device: torch.device,
     ) -> TrainConfig:
         """The settings of the start that goes on, whose training so far is in the run directory."""
-        if self.resume:
-            raise ConfigError("Expected --starts for a new training, found it beside --resume: leave one of them away.")
 
         def report(start: Start) -> None:
             said = f"log p {start.bound:.1f}" if start.bound is not None else start.problem
             console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
 
-        config = best_start(
-            self.config, self.starts, source, category, self.run_directory, self.intervals, report, provenance, device
-        )  # fmt: skip
+        starts, intervals, directory = self._starts(), self.intervals, self.run_directory
+        with _progress(console, f"{starts} starts", starts * first_steps(self.config)) as report_step:
+            config = best_start(
+                self.config, starts, source, category, directory, intervals, report, report_step, provenance, device,
+                self.record,
+            )  # fmt: skip
         console.print(f"seed {config.seed} explains pictures best, and goes on")
         return config
+
+    def _starts(self) -> int:
+        """How many trainings are begun."""
+        if not self.resume:
+            return self.starts or usual_starts(self.config)
+        _, remembered = begun(self.run_directory)
+        if self.starts != remembered:
+            raise ConfigError(
+                f"Expected a training that is resumed to keep its number of starts, {remembered}, found --starts "
+                f"{self.starts}. Leave it away."
+            )
+        return remembered
 
     def _load(self, folder: Path) -> ImageSet:
         """The pictures of a folder, in its own scene or, without one, in that of the options.
@@ -245,7 +247,7 @@ class TrainCommand:
     def _own_scene(self) -> SceneConfig:
         """Camera and lights of pictures that come without any; of a training that is resumed, its own."""
         if self.resume and self.fresh == FreshOptions():
-            return load_checkpoint(self.run_directory).scene
+            return begun(self.run_directory)[0].scene
         return drawn_scene(self.fresh, self.config.height, self.config.height)
 
     def _category(self) -> str:
@@ -257,6 +259,28 @@ class TrainCommand:
                 f"{'none' if not folders else ' and '.join(map(str, folders))}."
             )
         return self.category or Path(folders[0]).resolve().name
+
+
+@contextmanager
+def _progress(console: Console, what: str, steps: int) -> Iterator[Callable[[int, dict[str, float]], None]]:
+    """A line that is told of each logged step."""
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]} steps/s"),
+        TimeRemainingColumn(),
+        TextColumn("loss {task.fields[loss]}"),
+    )
+    with Progress(*columns, console=console) as progress:
+        bar = progress.add_task(what, total=steps, rate="…", loss="…")
+
+        def report(step: int, figures: dict[str, float]) -> None:
+            speed = progress.tasks[bar].speed
+            rate = "…" if speed is None else f"{speed:.1f}"
+            progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
+
+        yield report
 
 
 def _value_of(option: str, arguments: list[str]) -> str | None:

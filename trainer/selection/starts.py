@@ -8,6 +8,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +30,10 @@ from trainer.training.intervals import Intervals
 from trainer.training.loop import train
 
 STARTS_DIRECTORY, STARTS_FILE = "starts", "starts.json"
-CHOICE = 0.2
-"""Share of the steps after which one is chosen."""
+CHOICE_STEPS, CHOICE_SHARE = 300, 0.2
+"""One is chosen after so many steps, by when those that will fail explain pictures worse; of a shorter training, after
+that share of its steps."""
+USUAL_STARTS = 3
 MOST_STARTS = 100
 _JUDGED, _BATCH, _SAMPLES = 256, 64, 2
 
@@ -48,6 +51,12 @@ class Start:
     """Why it has no bound."""
 
 
+def usual_starts(config: TrainConfig) -> int:
+    """Several where a training finds the poses by itself and is so long that the choice tells something."""
+    found = config.loss.objective == "exact" and config.loss.pose_supervision == "none"
+    return USUAL_STARTS if found and first_steps(config) == CHOICE_STEPS and processes.count() == 1 else 1
+
+
 def best_start(
     config: TrainConfig,
     starts: int,
@@ -56,13 +65,17 @@ def best_start(
     run_directory: Path,
     intervals: Intervals,
     report: Callable[[Start], None],
+    report_step: Callable[[int, dict[str, float]], None],
     provenance: dict[str, Any],
     device: torch.device = CPU,
+    record: bool = True,
 ) -> TrainConfig:
-    """Trains `starts` seeds, from the setting's own on, for CHOICE of the steps, and leaves the one of the highest
-    bound in `run_directory`; returns its settings, with which `train` resumes there.
+    """Trains `starts` seeds, from the setting's own on, for `first_steps`, and leaves the one of the highest bound in
+    `run_directory`; returns its settings, with which `train` resumes there.
 
-    `report` is told of each. What an interrupted call has done is not done again.
+    `report` is told of each, and `report_step` of their logged steps, which are counted on from one start to the next.
+    `device` and `record` are as they are in `train`. What an interrupted call has done is not done again, and
+    `begun` has what it was called with.
 
     Raises:
         ConfigError: a number of starts that makes no sense, several processes, or a run directory that holds a
@@ -84,14 +97,21 @@ def best_start(
     judged = _judged_pictures(images, config)
     seeds = [replace(config, seed=config.seed + number) for number in range(starts)]
     found = []
-    for own in seeds:
-        found.append(_begun(own, images, category, run_directory, intervals, provenance, judged, device))
+    remembered = provenance | {STARTS_DIRECTORY: [config.seed, starts]}
+    for number, own in enumerate(seeds):
+
+        def report_own(step: int, figures: dict[str, float], before: int = number * first_steps(config)) -> None:
+            report_step(before + step, figures)
+
+        training = partial(train, own, images, category, _directory(run_directory, own), intervals)
+        training = partial(training, report=report_own, provenance=remembered, device=device, record=record)
+        found.append(_first_part(own, training, run_directory, judged))
         report(found[-1])
     bounds = [-math.inf if start.bound is None else start.bound for start in found]
     if max(bounds) == -math.inf:
-        raise DataError(f"None of {starts} starts came to step {_first_steps(config)}; the first: {found[0].problem}")
+        raise DataError(f"None of {starts} starts came to step {first_steps(config)}; the first: {found[0].problem}")
     best = int(np.argmax(bounds))
-    content = {"step": _first_steps(config), "chosen": seeds[best].seed, "starts": [asdict(start) for start in found]}
+    content = {"step": first_steps(config), "chosen": seeds[best].seed, "starts": [asdict(start) for start in found]}
     write_bytes(run_directory / STARTS_FILE, (json.dumps(content, indent=2) + "\n").encode())
     _move_up(_directory(run_directory, seeds[best]), run_directory)
     return seeds[best]
@@ -103,21 +123,12 @@ def check_starts(starts: int) -> None:
         raise ConfigError(f"Expected --starts from 1 to {MOST_STARTS}, found {starts}.")
 
 
-def _begun(
-    config: TrainConfig,
-    images: ImageSet | PictureSource,
-    category: str,
-    run_directory: Path,
-    intervals: Intervals,
-    provenance: dict[str, Any],
-    judged: Float[Tensor, "N 3 H W"],
-    device: torch.device,
+def _first_part(
+    config: TrainConfig, training: Callable[..., Checkpoint], run_directory: Path, judged: Float[Tensor, "N 3 H W"]
 ) -> Start:
-    directory = _directory(run_directory, config)
-    first = _first_steps(config)
-    begun = (directory / FILE_NAME).exists()
+    directory, first = _directory(run_directory, config), first_steps(config)
     try:
-        last = train(config, images, category, directory, intervals, begun, _to_nobody, provenance, first, device)
+        last = training(resume=(directory / FILE_NAME).exists(), until=first)
         if last.step < first:
             raise KeyboardInterrupt
         bound = _bound(last, judged)
@@ -147,8 +158,25 @@ def _judged_pictures(images: ImageSet | PictureSource, config: TrainConfig) -> F
         minibatches.close()
 
 
-def _first_steps(config: TrainConfig) -> int:
-    return max(1, round(CHOICE * config.optimiser.steps))
+def first_steps(config: TrainConfig) -> int:
+    """After how many steps one start is chosen."""
+    return min(CHOICE_STEPS, max(1, round(CHOICE_SHARE * config.optimiser.steps)))
+
+
+def begun(run_directory: Path) -> tuple[Checkpoint, int]:
+    """What a run directory's training goes on from, and how many starts that is to have: 1 where there was no choice
+    to make, or it has been made. Otherwise the first start that an interrupted `best_start` has saved, with the
+    settings that it was called with.
+
+    Raises CheckpointError where there is nothing to go on from.
+    """
+    saved = sorted((run_directory / STARTS_DIRECTORY).glob(f"*/{FILE_NAME}"))
+    if saved and not (run_directory / FILE_NAME).exists():
+        before = load_checkpoint(saved[0])
+        if STARTS_DIRECTORY in before.run:
+            seed, starts = before.run[STARTS_DIRECTORY]
+            return replace(before, config=replace(before.config, seed=seed)), starts
+    return load_checkpoint(run_directory), 1
 
 
 def _directory(run_directory: Path, config: TrainConfig) -> Path:
@@ -160,7 +188,3 @@ def _move_up(source: Path, target: Path) -> None:
     for path in sorted(source.iterdir(), key=lambda path: path.name == FILE_NAME):
         path.replace(target / path.name)
     source.rmdir()
-
-
-def _to_nobody(step: int, figures: dict[str, float]) -> None:
-    """The start's metrics.jsonl has the figures."""

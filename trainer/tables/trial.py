@@ -54,7 +54,10 @@ def _train(study: Study, cell: Cell) -> None:
     steps, seconds, core_seconds = 0, 0.0, 0.0
     provenance = {"images": str(folder.resolve())}
     if study.starts > 1 and not (directory / FILE_NAME).exists():
-        best_start(config, study.starts, images, cell.category, directory, Intervals(), _heard_by_nobody, provenance)
+        best_start(
+            config, study.starts, images, cell.category, directory, Intervals(), _start_to_nobody, _to_nobody,
+            provenance,
+        )  # fmt: skip
     if begun := (directory / FILE_NAME).exists():
         before = load_checkpoint(directory)
         steps, seconds, core_seconds = before.step, before.run["seconds"], before.run.get("core_seconds", 0.0)
@@ -89,7 +92,7 @@ def _to_nobody(step: int, figures: dict[str, float]) -> None:
     """The run directory's metrics.jsonl has the figures."""
 
 
-def _heard_by_nobody(start: Start) -> None:
+def _start_to_nobody(start: Start) -> None:
     """Its starts.json has them."""
 
 

@@ -9,18 +9,19 @@ import pytest
 import torch
 
 from tests.trainer.command_line import answer
-from tests.trainer.training.runs import EVERY_STEP, run, with_steps
+from tests.trainer.training.runs import EVERY_STEP, run, silent, with_steps
 from trainer.config import TrainConfig
 from trainer.data.images import ImageSet
 from trainer.errors import ConfigError, DataError
+from trainer.presets import DEFAULT, load_preset
 from trainer.selection import starts as starts_module
-from trainer.selection.starts import STARTS_FILE, Start, best_start
+from trainer.selection.starts import STARTS_FILE, Start, best_start, first_steps, usual_starts
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
 
 
 def begin(config: TrainConfig, images: ImageSet, directory: Path, count: int = 3) -> tuple[TrainConfig, list[Start]]:
     told: list[Start] = []
-    chosen = best_start(config, count, images, "chair", directory, EVERY_STEP, told.append, {"images": "here"})
+    chosen = best_start(config, count, images, "chair", directory, EVERY_STEP, told.append, silent, {"images": "here"})
     return chosen, told
 
 
@@ -54,10 +55,10 @@ def test_a_start_that_fails_is_passed_over_and_none_at_all_is_an_error(
 ) -> None:
     failing = {0, 2}
 
-    def failing_train(config: TrainConfig, *arguments: Any) -> Checkpoint:
+    def failing_train(config: TrainConfig, *arguments: Any, **options: Any) -> Checkpoint:
         if config.seed in failing:
             raise DataError("Expected finite gradients, found none")
-        return train(config, *arguments)
+        return train(config, *arguments, **options)
 
     train = starts_module.train
     monkeypatch.setattr(starts_module, "train", failing_train)
@@ -75,10 +76,10 @@ def test_what_an_interrupted_call_has_done_is_not_done_again(
 ) -> None:
     _, whole = begin(config, images, tmp_path / "whole")
 
-    def interrupted_train(config: TrainConfig, *arguments: Any) -> Checkpoint:
+    def interrupted_train(config: TrainConfig, *arguments: Any, **options: Any) -> Checkpoint:
         if config.seed == 2:
             raise KeyboardInterrupt
-        return train(config, *arguments)
+        return train(config, *arguments, **options)
 
     train = starts_module.train
     monkeypatch.setattr(starts_module, "train", interrupted_train)
@@ -103,7 +104,7 @@ def test_a_directory_that_holds_a_training_is_left_alone(config: TrainConfig, im
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (("--starts", "0"), "Expected --starts from 1 to 100, found 0."),
+        (("--starts", "-1"), "Expected --starts from 1 to 100, found -1."),
         (("--starts", "101"), "Expected --starts from 1 to 100, found 101."),
     ],
 )
@@ -121,14 +122,67 @@ def test_mistakes_are_answered_in_a_sentence(
     assert not (tmp_path / "run" / "starts").exists()
 
 
-def test_the_command_says_which_start_goes_on(
-    picture_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tiny = tmp_path / "tiny.toml"
-    tiny.write_text(
+def test_poses_that_have_to_be_found_are_looked_for_in_several_starts() -> None:
+    default = load_preset(DEFAULT)
+    assert [usual_starts(load_preset(name)) for name in (DEFAULT, "detailed", "fast", "balanced", "paper")] == [
+        3,
+        3,
+        1,
+        1,
+        1,
+    ]
+    assert usual_starts(replace(default, loss=replace(default.loss, pose_supervision="azimuth"))) == 1
+    assert [first_steps(with_steps(default, steps)) for steps in (1, 10, 1500, 6000)] == [1, 2, 300, 300]
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    path = tmp_path / "tiny.toml"
+    path.write_text(
         "width = 32\nheight = 24\n[model]\nhidden = 8\nencoder_channels = [4, 4, 8, 8, 8, 16]\n"
         "[optimiser]\nbatch_size = 8\nsteps = 5\n"
     )
+    return path
+
+
+def test_starts_that_were_interrupted_are_resumed(
+    picture_folder: Path,
+    tiny: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted_train(config: TrainConfig, *arguments: Any, **options: Any) -> Checkpoint:
+        if config.seed == 8:
+            raise KeyboardInterrupt
+        return train(config, *arguments, **options)
+
+    options = ("--images", picture_folder, "--preset", tiny, "--seed", "7", "--starts", "3")
+    assert answer(capsys, "train", "--run", tmp_path / "whole", *options)[0] == 0
+    train = starts_module.train
+    with monkeypatch.context() as patch:
+        patch.setattr(starts_module, "train", interrupted_train)
+        assert answer(capsys, "train", "--run", tmp_path / "parts", *options)[0] == 130
+    resumed = ("train", "--run", tmp_path / "parts", "--resume")
+    status, _, errors = answer(capsys, *resumed, "--starts", "2")
+    assert status == 2
+    assert "keep its number of starts, 3, found --starts 2" in errors
+    status, _, errors = answer(capsys, *resumed)
+    assert status == 0, errors
+    assert [start["seed"] for start in json.loads((tmp_path / "parts" / STARTS_FILE).read_text())["starts"]] == [
+        7,
+        8,
+        9,
+    ]
+    whole, parts = (load_checkpoint(tmp_path / name) for name in ("whole", "parts"))
+    assert parts.config == whole.config
+    for name, tensor in whole.model.state_dict().items():
+        assert torch.equal(parts.model.state_dict()[name], tensor), name
+
+
+def test_the_command_says_which_start_goes_on(
+    picture_folder: Path, tiny: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     command = ("train", "--images", picture_folder, "--run", tmp_path / "run", "--preset", tiny, "--starts", "2")
     status, _, errors = answer(capsys, *command)
     assert status == 0, errors
@@ -139,4 +193,4 @@ def test_the_command_says_which_start_goes_on(
     assert (checkpoint.step, checkpoint.config.seed) == (5, chosen)
     status, _, errors = answer(capsys, "train", "--run", tmp_path / "run", "--resume", "--starts", "2")
     assert status == 2
-    assert "found it beside --resume" in errors
+    assert "found --starts 2" in errors
