@@ -218,7 +218,7 @@ def train(
         options = ["--preset", model.preset, *training_options(model, candidate)]
     images = workshop.pictures_of(model, "train")
     run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
-        "--reframing-share", reframing, *options, quiet=True)  # fmt: skip
+        "--starts", 1, "--reframing-share", reframing, *options, quiet=True)  # fmt: skip
 
 
 def screened(workshop: Workshop, model: Model, candidate: str) -> float:
@@ -242,7 +242,7 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     run("trainer", "sample", "--checkpoint", directory, "--output", samples, quiet=True)
     steps = str(workshop.steps_of(model))
     options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, chosen)]
-    command = ["python", "-m", "trainer", "train", *options, "--images", "PICTURES", "--run", "RUN"]
+    command = ["python", "-m", "trainer", "train", "--starts", "1", *options, "--images", "PICTURES", "--run", "RUN"]
     figures: dict[str, Any] = {
         "command": shlex.join(command),
         "parameterisation": chosen,
