@@ -64,7 +64,8 @@ class TrainCommand:
     starts: int = 0
     """Trainings that are begun, from --seed on; the one that explains pictures best after 300 steps (or a fifth of all,
     where that is less) goes on. Guards against a seed that fails. 0 means 3 where poses are to be found in 1500 steps
-    or more, by one process and not by the paper's objective; else 1. --resume remembers it."""
+    or more, by one process, not by the paper's objective, and not by views that are moved; else 1. --resume remembers
+    it."""
     reframing_share: float = 0.5
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""

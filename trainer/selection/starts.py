@@ -52,9 +52,11 @@ class Start:
 
 
 def usual_starts(config: TrainConfig) -> int:
-    """Several where a training finds the poses by itself and is so long that the choice tells something."""
-    found = config.loss.objective == "exact" and config.loss.pose_supervision == "none"
-    return USUAL_STARTS if found and first_steps(config) == CHOICE_STEPS and processes.count() == 1 else 1
+    """Several where a training finds the poses by itself and is so long that the choice tells something; it tells
+    nothing of shapes that do not lie where their pictures are yet."""
+    loss = config.loss
+    finding = loss.objective == "exact" and loss.pose_supervision == "none" and not loss.moved_steps
+    return USUAL_STARTS if finding and first_steps(config) == CHOICE_STEPS and processes.count() == 1 else 1
 
 
 def best_start(

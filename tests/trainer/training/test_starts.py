@@ -131,7 +131,8 @@ def test_poses_that_have_to_be_found_are_looked_for_in_several_starts() -> None:
         1,
         1,
     ]
-    assert usual_starts(replace(default, loss=replace(default.loss, pose_supervision="azimuth"))) == 1
+    for loss in (replace(default.loss, pose_supervision="azimuth"), replace(default.loss, moved_steps=10)):
+        assert usual_starts(replace(default, loss=loss)) == 1
     assert [first_steps(with_steps(default, steps)) for steps in (1, 10, 1500, 6000)] == [1, 2, 300, 300]
 
 
