@@ -171,10 +171,14 @@ class TrainCommand:
 
         starts, intervals, directory = self._starts(), self.intervals, self.run_directory
         with _progress(console, f"{starts} starts", starts * first_steps(self.config)) as report_step:
-            config = best_start(
-                self.config, starts, source, category, directory, intervals, report, report_step, provenance, device,
-                self.record,
-            )  # fmt: skip
+            try:
+                config = best_start(
+                    self.config, starts, source, category, directory, intervals, report, report_step, provenance,
+                    device, self.record,
+                )  # fmt: skip
+            except KeyboardInterrupt:
+                console.print(f"stopped before one of {starts} starts was chosen; continue with --resume: {directory}")
+                raise
         console.print(f"seed {config.seed} explains pictures best, and goes on")
         return config
 

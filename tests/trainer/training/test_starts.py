@@ -163,7 +163,9 @@ def test_starts_that_were_interrupted_are_resumed(
     train = starts_module.train
     with monkeypatch.context() as patch:
         patch.setattr(starts_module, "train", interrupted_train)
-        assert answer(capsys, "train", "--run", tmp_path / "parts", *options)[0] == 130
+        status, _, errors = answer(capsys, "train", "--run", tmp_path / "parts", *options)
+        assert status == 130
+        assert "stopped before one of 3 starts was chosen; continue with --resume" in errors
     resumed = ("train", "--run", tmp_path / "parts", "--resume")
     status, _, errors = answer(capsys, *resumed, "--starts", "2")
     assert status == 2
