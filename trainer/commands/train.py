@@ -1,7 +1,5 @@
 """`python -m trainer train`"""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -9,11 +7,11 @@ from typing import Annotated, Any, Self
 import torch
 import tyro
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from trainer import processes
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
+from trainer.commands.progress import progress_of
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
@@ -141,7 +139,7 @@ class TrainCommand:
             config, resume = self._best_start(source, category, provenance, console, device), True
         # Objects that were cut out are where the rule sets them already.
         due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
-        with _progress(console, "training", config.optimiser.steps + due) as report:
+        with progress_of("training", config.optimiser.steps + due, console) as report:
             intervals, directory = self.intervals, self.run_directory
             last = train(
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
@@ -170,7 +168,7 @@ class TrainCommand:
             console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
 
         starts, intervals, directory = self._starts(), self.intervals, self.run_directory
-        with _progress(console, f"{starts} starts", starts * first_steps(self.config)) as report_step:
+        with progress_of(f"{starts} starts", starts * first_steps(self.config), console) as report_step:
             try:
                 config = best_start(
                     self.config, starts, source, category, directory, intervals, report, report_step, provenance,
@@ -264,28 +262,6 @@ class TrainCommand:
                 f"{'none' if not folders else ' and '.join(map(str, folders))}."
             )
         return self.category or Path(folders[0]).resolve().name
-
-
-@contextmanager
-def _progress(console: Console, what: str, steps: int) -> Iterator[Callable[[int, dict[str, float]], None]]:
-    """A line that is told of each logged step."""
-    columns = (
-        TextColumn(what),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]} steps/s"),
-        TimeRemainingColumn(),
-        TextColumn("loss {task.fields[loss]}"),
-    )
-    with Progress(*columns, console=console) as progress:
-        bar = progress.add_task(what, total=steps, rate="…", loss="…")
-
-        def report(step: int, figures: dict[str, float]) -> None:
-            speed = progress.tasks[bar].speed
-            rate = "…" if speed is None else f"{speed:.1f}"
-            progress.update(bar, completed=step, rate=rate, loss=f"{figures['loss']:.1f}")
-
-        yield report
 
 
 def _value_of(option: str, arguments: list[str]) -> str | None:

@@ -75,15 +75,12 @@ def _beside(table: Table, text: str) -> tuple[str, ...]:
 
 def _conditions(study: Study, results: Sequence[Result]) -> str:
     recipe, loss = study.recipe, study.recipe.loss
-    budget = f"{recipe.optimiser.steps} steps each"
-    if study.seconds is not None:
-        budget = f"{study.seconds / 60:.1f} minutes each"
-    if study.starts > 1:
-        budget += f", the best of {study.starts} starts"
+    length = f"{recipe.optimiser.steps} steps" if study.seconds is None else f"{study.seconds / 60:.1f} minutes"
+    best = f", the best of {study.starts} starts" if study.starts > 1 else ""
     seeds = sorted({result.entry.cell.seed for result in results})
     return (
         f"Recipe `{study.recipe_name}`: {recipe.width} × {recipe.height}, batches of {recipe.optimiser.batch_size}, "
-        f"objective {loss.objective}; {budget}; {study.instances or 'all'} {study.objects} objects a class, judged on "
+        f"objective {loss.objective}; {length} each{best}; {study.instances or 'all'} {study.objects} objects a class, judged on "
         f"{study.test_instances} others in {study.test_views} pictures each; seeds {', '.join(map(str, seeds)) or '–'}."
     )
 
