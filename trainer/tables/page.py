@@ -77,11 +77,11 @@ def _conditions(study: Study, results: Sequence[Result]) -> str:
     recipe, loss = study.recipe, study.recipe.loss
     length = f"{recipe.optimiser.steps} steps" if study.seconds is None else f"{study.seconds / 60:.1f} minutes"
     best = f", the best of {study.starts} starts" if study.starts > 1 else ""
-    seeds = sorted({result.entry.cell.seed for result in results})
+    seeds = ", ".join(map(str, sorted({result.entry.cell.seed for result in results}))) or "–"
     return (
         f"Recipe `{study.recipe_name}`: {recipe.width} × {recipe.height}, batches of {recipe.optimiser.batch_size}, "
-        f"objective {loss.objective}; {length} each{best}; {study.instances or 'all'} {study.objects} objects a class, judged on "
-        f"{study.test_instances} others in {study.test_views} pictures each; seeds {', '.join(map(str, seeds)) or '–'}."
+        f"objective {loss.objective}; {length} each{best}; {study.instances or 'all'} {study.objects} objects a class, "
+        f"judged on {study.test_instances} others in {study.test_views} pictures each; seeds {seeds}."
     )
 
 
