@@ -89,7 +89,7 @@ def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "width = 32\nheight = 24\n[model]\nsegments = 2\nencoder_channels = [4, 4, 8, 8, 8, 16]\n"
         "[optimiser]\nbatch_size = 8\nsteps = 100000\n"
     )
-    options = ["--preset", settings, "--class", "car", "--threads", "1", "--intervals.log", "1"]
+    options = ["--preset", settings, "--class", "car", "--threads", "1", "--starts", "1", "--intervals.log", "1"]
     metrics = root / "run" / "metrics.jsonl"
     with start("train", "--images", root / "train", "--run", root / "run", *options) as process:
         wait_for(process, lambda: metrics.exists() and len(metrics.read_text().splitlines()) > 3)
