@@ -135,8 +135,9 @@ class TrainCommand:
         if source.scene.zoom != 1:
             console.print(f"the middle of each picture is looked at, {source.scene.zoom:g} times as large")
         config, resume = self.config, self.resume
-        if self._starts() != 1:
-            config, resume = self._best_start(source, category, provenance, console, device), True
+        starts = self._starts()
+        if starts != 1:
+            config, resume = self._best_start(starts, source, category, provenance, console, device), True
         # Objects that were cut out are where the rule sets them already.
         due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
         with progress_of("training", config.optimiser.steps + due, console) as report:
@@ -155,6 +156,7 @@ class TrainCommand:
 
     def _best_start(
         self,
+        starts: int,
         source: ImageSet | PictureSource,
         category: str,
         provenance: dict[str, Any],
@@ -167,7 +169,7 @@ class TrainCommand:
             said = f"log p {start.bound:.1f}" if start.bound is not None else start.problem
             console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
 
-        starts, intervals, directory = self._starts(), self.intervals, self.run_directory
+        intervals, directory = self.intervals, self.run_directory
         with progress_of(f"{starts} starts", starts * first_steps(self.config), console) as report_step:
             try:
                 config = best_start(
