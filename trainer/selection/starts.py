@@ -107,7 +107,7 @@ def best_start(
 
         training = partial(train, own, images, category, _directory(run_directory, own), intervals)
         training = partial(training, report=report_own, provenance=remembered, device=device, record=record)
-        found.append(_first_part(own, training, run_directory, judged))
+        found.append(_first_part(own, training, run_directory, judged, device))
         report(found[-1])
     bounds = [-math.inf if start.bound is None else start.bound for start in found]
     if max(bounds) == -math.inf:
@@ -126,25 +126,29 @@ def check_starts(starts: int) -> None:
 
 
 def _first_part(
-    config: TrainConfig, training: Callable[..., Checkpoint], run_directory: Path, judged: Float[Tensor, "N 3 H W"]
+    config: TrainConfig,
+    training: Callable[..., Checkpoint],
+    run_directory: Path,
+    judged: Float[Tensor, "N 3 H W"],
+    device: torch.device,
 ) -> Start:
     directory, first = _directory(run_directory, config), first_steps(config)
     try:
         last = training(resume=(directory / FILE_NAME).exists(), until=first)
         if last.step < first:
             raise KeyboardInterrupt
-        bound = _bound(last, judged)
+        bound = _bound(last, judged, device)
     except (DataError, FloatingPointError) as error:
         run = load_checkpoint(directory).run if (directory / FILE_NAME).exists() else {}
         return Start(config.seed, None, run.get("seconds", 0.0), run.get("core_seconds", 0.0), str(error))
     return Start(config.seed, round(bound, 3), last.run["seconds"], last.run["core_seconds"])
 
 
-def _bound(trained: Checkpoint, judged: Float[Tensor, "N 3 H W"]) -> float:
+def _bound(trained: Checkpoint, judged: Float[Tensor, "N 3 H W"], device: torch.device) -> float:
     generator = torch.Generator().manual_seed(0)
-    scene, loss = trained.scene, trained.config.loss
+    model, scene, loss = trained.model.to(device), trained.scene, trained.config.loss
     values = [
-        held_out_bound(trained.model, scene, loss, part, _SAMPLES, generator).value for part in judged.split(_BATCH)
+        held_out_bound(model, scene, loss, part.to(device), _SAMPLES, generator).value for part in judged.split(_BATCH)
     ]
     return float(torch.cat(values).mean())
 

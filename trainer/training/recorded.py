@@ -9,6 +9,7 @@ shorter, as they do while poses become certain.
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, Final, Generic
 
 import torch
@@ -51,8 +52,7 @@ class Recorded(Differentiation[Result]):
         self.recording = Recording()
         self.room: list[int] | None = None
         self.graph: _Graph[Result] | None = None
-        # A parameter's gradient is accumulated on the stream of its first use, which must be the graph's.
-        self.stream = torch.cuda.Stream()
+        self.stream = _stream()
 
     def __call__(self, given: Given) -> Descent[Result] | None:
         kind = _kind_of(given)
@@ -160,6 +160,13 @@ class _Inputs:
             in_memory: dict[str, Any] = dict(zip(COOLING, self.cooling.unbind(), strict=True))
             weights = weights._replace(**in_memory)
         return Given(self.pictures, self.azimuths, weights, given.generator)
+
+
+@cache
+def _stream() -> torch.cuda.Stream:
+    """One for all recordings: a parameter's gradient is accumulated on the stream of its first use, which must be the
+    graph's, also where another phase of the training learns from the same parameters."""
+    return torch.cuda.Stream()
 
 
 def _kind_of(given: Given) -> tuple[Any, ...]:

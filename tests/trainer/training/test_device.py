@@ -19,6 +19,9 @@ from trainer.data.source import Minibatch, step_generator
 from trainer.errors import ConfigError, StorageError
 from trainer.model.vae import Model
 from trainer.rendering import renderer
+from trainer.rendering.cpu import topology_of
+from trainer.selection import bound
+from trainer.selection.bound import held_out_bound
 from trainer.training import device as device_module
 from trainer.training import reframing, step
 from trainer.training.device import CPU, chosen_device, enough_memory, sent_to
@@ -197,6 +200,16 @@ def test_the_last_phase_is_on_one_device(elsewhere: torch.device, monkeypatch: p
     config = replace(TINY, precision="float32")
     assert len(list(learn_reframed(model, config, frame, minibatches, 2, elsewhere))) == 2
     assert [(divergence.device, len(divergence)) for divergence in seen] == [(elsewhere, 8)] * 2
+
+
+def test_so_is_the_bound_by_which_a_start_is_chosen(elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = Model(LIT, TINY.width, TINY.height)
+    topology = topology_of(here.faces)
+    monkeypatch.setattr(bound, "topology_of", lambda _: topology)
+    pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
+    scene = SceneConfig(TINY.width, TINY.height)
+    found = held_out_bound(here.to(elsewhere), scene, LossConfig(), pictures, 2, torch.Generator())
+    assert (found.value.device, len(found.value)) == (elsewhere, 8)
 
 
 def test_a_step_with_triton_s_kernels_is_the_step_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:

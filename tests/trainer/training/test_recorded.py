@@ -70,7 +70,8 @@ def recordings(monkeypatch: pytest.MonkeyPatch) -> list[list[int]]:
         return Imitated(*parts)
 
     monkeypatch.setattr(recorded, "_Graph", record)
-    for name in ("CUDAGraph", "Stream", "current_stream"):
+    monkeypatch.setattr(recorded, "_stream", MagicMock())
+    for name in ("CUDAGraph", "current_stream"):
         monkeypatch.setattr(torch.cuda, name, MagicMock())
     for name in ("graph", "stream"):
         monkeypatch.setattr(torch.cuda, name, lambda *_, **__: nullcontext())

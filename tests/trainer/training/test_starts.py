@@ -17,12 +17,15 @@ from trainer.presets import DEFAULT, load_preset
 from trainer.selection import starts as starts_module
 from trainer.selection.starts import STARTS_FILE, Start, best_start, first_steps, usual_starts
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.device import CPU
 
 
-def begin(config: TrainConfig, images: ImageSet, directory: Path, count: int = 3) -> tuple[TrainConfig, list[Start]]:
+def begin(
+    config: TrainConfig, images: ImageSet, directory: Path, count: int = 3, device: torch.device = CPU
+) -> tuple[TrainConfig, list[Start]]:
     told: list[Start] = []
-    chosen = best_start(config, count, images, "chair", directory, EVERY_STEP, told.append, silent, {"images": "here"})
-    return chosen, told
+    own = "chair", directory, EVERY_STEP, told.append, silent, {"images": "here"}
+    return best_start(config, count, images, *own, device=device), told
 
 
 def test_the_best_of_the_starts_goes_on_as_if_it_had_been_alone(
@@ -48,6 +51,16 @@ def test_the_best_of_the_starts_goes_on_as_if_it_had_been_alone(
         assert torch.equal(went_on.model.state_dict()[name], tensor), name
     lines = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
     assert [json.loads(line)["step"] for line in lines] == list(range(1, 11))
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")
+def test_starts_on_a_gpu_have_the_bounds_that_they_have_on_the_cpu(
+    config: TrainConfig, images: ImageSet, tmp_path: Path
+) -> None:
+    config = replace(with_steps(config, 10), precision="float32")
+    there, here = (begin(config, images, tmp_path / where, 2, torch.device(where))[1] for where in ("cuda", "cpu"))
+    assert [start.bound for start in there] == pytest.approx([start.bound for start in here], rel=0.01)
 
 
 def test_a_start_that_fails_is_passed_over_and_none_at_all_is_an_error(
