@@ -60,7 +60,8 @@ def main() -> int:
     with timed("export", seconds):
         run("exporter", "--checkpoint", out / "run", "--output", out / "models" / CATEGORY,
             "--metrics", out / "evaluation/metrics.json", "--images", out / "pictures/validation")  # fmt: skip
-        run("trainer", "sample", "--checkpoint", out / "run", "--output", out / "samples.png")
+        run("trainer", "sample", "--checkpoint", out / "run", "--images", out / "pictures/validation",
+            "--output", out / "samples.png")  # fmt: skip
     unseen = {"test": sorted((out / "pictures/test").rglob("*.png"))[0]}
     if real:
         unseen["real"] = out / "real.png"

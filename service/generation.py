@@ -11,7 +11,7 @@ from service.answer import Answer, Form, Gallery, milliseconds
 from service.errors import ShapeCodeError
 from service.findings import Origin, report_shape
 from service.glb import write_glb, write_row_glb
-from service.inference import Array, Engine, decode, sample_shape_code
+from service.inference import Array, Engine, decode, sample_shape_code, seeded_share
 from service.manifest import Manifest
 from service.overlay import objects_png
 from service.report import InterpolationReport
@@ -22,7 +22,7 @@ LARGEST_NUMBER: Final = 10.0
 
 
 def sample(engine: Engine, seed: int, temperature: float = 1.0, azimuth: float = 0.0, form: Form = "glb") -> Answer:
-    """An object drawn from the model's prior, seen at `azimuth` radians.
+    """An object that no picture shows, seen at `azimuth` radians.
 
     Raises:
         InferenceError: the model gave something that is no mesh.
@@ -56,13 +56,14 @@ def sample_together(engine: Engine, seeds: Sequence[int], temperature: float, az
 
 
 def sampled_code(manifest: Manifest, seed: int, temperature: float) -> Array:
-    """The shape code of a seed [Z]: of the trained model's, the numbers that the bundle keeps. A seed stays the same
-    object whatever the exporter left out."""
-    if manifest.parsimony is None:
-        return sample_shape_code(seed, manifest.latent, temperature)
-    whole = sample_shape_code(seed, manifest.parsimony.trained_latent, temperature)
-    kept: Array = whole[list(manifest.parsimony.latent)]
-    return kept
+    """The shape code of a seed [Z], from where pictures of the class have theirs, or from the prior where the bundle
+    does not know. What the exporter left out of codes was drawn all the same: a seed stays the same object."""
+    thrift, density = manifest.parsimony, manifest.aggregate_posterior
+    noise = sample_shape_code(seed, thrift.trained_latent if thrift else manifest.latent)
+    kept: Array = noise[list(thrift.latent)] if thrift else noise
+    if density is None:
+        return np.float32(temperature) * kept
+    return density.code(kept.astype(np.float64), seeded_share(seed), temperature).astype(np.float32)
 
 
 def consecutive(seed: int, count: int) -> list[int]:

@@ -12,6 +12,7 @@ import pydantic_core
 from pydantic import Field, JsonValue, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
+from service.density import AggregatePosterior
 from service.errors import BundleError
 from service.fields import STRICT, Count, Degrees, Digest, Elevation, Index, Name, Side
 from service.thrift import Parsimony, Precision
@@ -160,6 +161,8 @@ class Manifest:
     category_bias: Annotated[float, Field(ge=-MOST_BIAS, le=MOST_BIAS)] = 0.0
     """Added to the logarithm of how probable the category is beside others, nats: a model that explains much is judged
     more strictly. Fitted by `python -m exporter.rivals` on pictures of all categories that are served together."""
+    aggregate_posterior: AggregatePosterior | None = None
+    """What samples are drawn from; None where the exporter had too few pictures: then it is the prior."""
 
 
 _ADAPTER = TypeAdapter(Manifest)
@@ -239,8 +242,10 @@ def _contradiction(manifest: Manifest) -> str | None:
     for errors in (held_out.framed, held_out.fitted) if held_out else ():
         if errors and not errors.median < errors.high:
             return f"held_out: expected a median below the high error, found {errors.median:g} and {errors.high:g}"
-    if manifest.parsimony and (fault := manifest.parsimony.contradiction(manifest.latent)):
-        return f"parsimony: {fault}"
+    of_codes = {"aggregate_posterior": manifest.aggregate_posterior, "parsimony": manifest.parsimony}
+    for name, part in of_codes.items():
+        if part and (fault := part.contradiction(manifest.latent)):
+            return f"{name}: {fault}"
     highest = max(max(face) for face in manifest.faces)
     if highest >= manifest.vertices:
         return f"faces should refer to vertices 0 to {manifest.vertices - 1}, found {highest}"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from PIL import Image
 
 from exporter.errors import ExportError
@@ -108,6 +109,8 @@ def test_the_folder_is_named_on_the_command_line(
     bundle = read_bundle(tmp_path / "car")
     assert bundle.manifest.held_out == measure_held_out(load_engine(bundle), files)
     assert bundle.manifest.azimuth_offset_degrees == pytest.approx(math.degrees(math.radians(25)))
+    # Of so few pictures nobody knows where shape codes lie.
+    assert bundle.manifest.aggregate_posterior is None
     absent = answer(capsys, *options, "--images", tmp_path / "absent")
     assert absent.status == 2
     assert "expected a folder of pictures" in absent.errors
@@ -121,3 +124,15 @@ def test_a_bundle_from_before_there_was_a_yardstick_still_loads(exported: Path, 
     (tmp_path / "manifest.json").write_text(json.dumps(manifest))
     engine = load_engine(read_bundle(tmp_path))
     assert reconstruct([engine], [disc(0)], 10**6).report.out_of_class_score is None
+
+
+def test_forty_pictures_tell_where_shape_codes_lie(checkpoint: Checkpoint, tmp_path: Path) -> None:
+    with torch.no_grad():
+        checkpoint.model.heads.shape_mean.weight.mul_(10)
+    files = [disc(seed) for seed in range(44)]
+    manifest = export(checkpoint, tmp_path / "car", OFFSET, {}, held_out=files)
+    density, engine = manifest.aggregate_posterior, load_engine(read_bundle(tmp_path / "car"))
+    assert density is not None
+    assert density.pictures == 44
+    assert density.numbers
+    assert engine.manifest == manifest

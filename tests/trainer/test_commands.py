@@ -195,6 +195,25 @@ def test_samples_differ_by_their_seed_only(road: Path, tmp_path: Path) -> None:
     assert (sheets[0] != sheets[2]).any()
 
 
+def test_samples_are_drawn_from_where_pictures_have_their_codes(
+    road: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["sample", "--checkpoint", str(road / "run"), "--count", "2", "--output", str(tmp_path / "a.png")]
+    status, output, _ = answer(capsys, *arguments, "--images", road / "train")
+    assert status == 0
+    assert "2 samples of" in output
+    fitted = opened(tmp_path / "a.png")
+    assert main(arguments) == 0
+    assert fitted.shape == opened(tmp_path / "a.png").shape
+    (tmp_path / "few").mkdir()
+    (tmp_path / "few/scene.json").write_bytes((road / "train/scene.json").read_bytes())
+    for number, path in enumerate(sorted((road / "train").rglob("*.png"))[:3]):
+        (tmp_path / "few" / f"{number}.png").write_bytes(path.read_bytes())
+    status, _, errors = answer(capsys, *arguments, "--images", tmp_path / "few")
+    assert status == 2
+    assert "Expected 40 pictures at least to learn where shape codes lie, found 3" in errors
+
+
 def test_a_broken_picture_among_many_is_named_and_skipped(
     road: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -6,21 +6,30 @@ from typing import Any, Self
 
 import torch
 import tyro
+from jaxtyping import Float
+from torch import Tensor
 
+from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
 from trainer.evaluation.gallery import sample_rows
 from trainer.evaluation.sheet import write_sheet
 from trainer.evaluation.turntable import FRAMES, turntable
-from trainer.training.checkpoint import load_checkpoint
+from trainer.model.aggregate_posterior import fit_aggregate_posterior
+from trainer.training.checkpoint import Checkpoint, load_checkpoint
+
+_BATCH = 64
 
 
 @dataclass(frozen=True)
 class SampleCommand:
-    """Invent shapes: draw shape codes from the prior, and show each from four sides."""
+    """Invent shapes: draw shape codes, and show each shape from four sides."""
 
     checkpoint: Path
     """Run directory or checkpoint."""
+    images: Path | None = None
+    """A folder of pictures of the class, 40 at least, such as those that were trained on: codes are drawn from where
+    theirs lie. Without it they are drawn from the prior, which is larger than that."""
     output: Path = Path("samples.png")
     """PNG to write: a row for each shape."""
     count: int = 6
@@ -28,7 +37,7 @@ class SampleCommand:
     seed: int = 0
     """Seed of the shape codes, 0 or more."""
     temperature: float = 1.0
-    """Standard deviation of the shape codes; 1 is the prior, less is more typical."""
+    """Standard deviation of the shape codes, as a multiple of what it is; less is more typical."""
     turntable: bool = False
     """Also write an animation in which all shapes turn, beside the PNG, as .webp."""
 
@@ -47,8 +56,7 @@ class SampleCommand:
         if self.turntable and self.output.suffix.lower() != ".png":
             raise ConfigError(f"Expected --output to end in .png beside --turntable, found {self.output}.")
         checkpoint = load_checkpoint(self.checkpoint)
-        generator = torch.Generator().manual_seed(self.seed)
-        shape_codes = torch.randn(self.count, checkpoint.config.model.latent, generator=generator) * self.temperature
+        shape_codes = self._shape_codes(checkpoint)
         with torch.no_grad():
             titles, rows = sample_rows(checkpoint.model, checkpoint.scene, shape_codes)
             moments = checkpoint.model.decode(shape_codes).expand(FRAMES, -1, -1, -1)
@@ -57,3 +65,21 @@ class SampleCommand:
         if turning is not None:
             write_bytes(self.output.with_suffix(".webp"), turning)
         print(f"{self.count} samples of {checkpoint.category}: {self.output}")
+
+    def _shape_codes(self, checkpoint: Checkpoint) -> Float[Tensor, "N Z"]:
+        generator = torch.Generator().manual_seed(self.seed)
+        noise = torch.randn(self.count, checkpoint.config.model.latent, generator=generator)
+        if self.images is None:
+            return noise * self.temperature
+        model, scene = checkpoint.model, checkpoint.scene
+        pictures = load_image_folder(self.images, scene.width, scene.height, scene)
+        with torch.no_grad():
+            parts = [model.encode(pictures.batch(rows)) for rows in torch.arange(len(pictures)).split(_BATCH)]
+        means, deviations = (
+            torch.cat(told).double().numpy()
+            for told in zip(*((part.shape_mean, part.shape_deviation) for part in parts), strict=True)
+        )
+        density = fit_aggregate_posterior(means, deviations)
+        shares = torch.rand(self.count, generator=generator)
+        codes = density.codes(noise.double().numpy(), shares.numpy(), self.temperature)
+        return torch.from_numpy(codes).float()
