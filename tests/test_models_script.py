@@ -70,6 +70,7 @@ def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     def made(*options: str) -> Commands:
         commands = Commands(script.FIGURES)
         monkeypatch.setattr(script, "run", commands)
+        monkeypatch.setattr(script, "write_samples", lambda bundle, sheet: sheet.write_bytes(bundle.name.encode()))
         folders = ["--output", tmp_path / "models", "--work", tmp_path / "work", "--real-meshes", tmp_path / "none"]
         monkeypatch.setattr(sys, "argv", ["models.py", *map(str, folders), *options])
         assert script.main() == 0

@@ -20,6 +20,7 @@ def figures(path: str) -> dict[str, Any]:
 SHIPPED = figures("models/figures.json")
 REFINED = figures("benchmarks/refinement.json")["models"]
 CUT_OUT, FORMER = (figures(name)["models"] for name in ("benchmarks/cutouts.json", "docs/results/placement.json"))
+INVENTED = figures("docs/results/samples.json")["models"]
 CEILINGS = figures("docs/results/ceilings.json")["iou"]
 
 
@@ -142,6 +143,17 @@ def test_a_longer_look(name: str) -> None:
         guesses(real),
         f"{pose(real)[0]} → {pose(real_refined)[0]}",
     ]
+
+
+@pytest.mark.parametrize("name", [*INVENTED, "mean"])
+def test_invented_objects(name: str) -> None:
+    ones = list(INVENTED.values()) if name == "mean" else [INVENTED[name]]
+    counts = ["", ""] if name == "mean" else [f"{INVENTED[name][what]}" for what in ("numbers", "gaussians")]
+    expected = []
+    for measure, places in (("from_sample", 3), ("to_sample", 3), ("own_kind", 2)):
+        means = (sum(one[drawn][measure] for one in ones) / len(ones) for drawn in ("prior", "served"))
+        expected.append(" → ".join(f"{value:.{places}f}" for value in means))
+    assert rows(section("Invented objects"))[name] == [*expected, *counts]
 
 
 @pytest.mark.parametrize(("row", "file"), re.findall(r"^\| ([^|]*) \(\[json\]\((results/\S+)\)\) \|", RESULTS, re.M))

@@ -1,10 +1,14 @@
 """The bundles in models/ are whole, small, and what their page says of them."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from service.bundle import read_bundle
 from service.catalogue import read_catalogue
@@ -27,6 +31,7 @@ def test_a_bundle_works_and_has_the_figures_that_are_published(bundle: Path) -> 
     assert manifest.training["config"]["model"]["parameterisation"] == published["parameterisation"]
     assert f"--optimiser.steps {manifest.training['step']} " in published["command"]
     assert manifest.held_out is not None
+    assert manifest.aggregate_posterior is not None
     assert sum(file.stat().st_size for file in bundle.iterdir()) == published["bundle_bytes"] < 4e6
     surface = decode(engine, sample_shape_code(0, manifest.latent))
     assert 0.3 < abs(surface.vertices).max() < 1.0
@@ -60,3 +65,14 @@ def test_the_page_lists_what_is_there() -> None:
         folder = MODELS if name in CATEGORIES else LIGHTS
         assert (folder / f"{name}.png").stat().st_size > 10_000
         assert (folder / f"{name}-samples.png").stat().st_size > 10_000
+
+
+def test_the_samples_beside_a_model_are_those_that_it_serves(tmp_path: Path) -> None:
+    script = MODELS.with_name("scripts") / "samples_sheet.py"
+    command = [sys.executable, str(script), "--bundle", str(MODELS / "car"), "--output", str(tmp_path / "sheet.png")]
+    subprocess.run(command, check=True)
+    shown, drawn = (
+        np.asarray(Image.open(path).convert("RGB"), float)
+        for path in (MODELS / "car-samples.png", tmp_path / "sheet.png")
+    )
+    assert np.abs(shown - drawn).mean() < 1

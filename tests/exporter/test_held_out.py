@@ -128,7 +128,7 @@ def test_a_bundle_from_before_there_was_a_yardstick_still_loads(exported: Path, 
 
 def test_forty_pictures_tell_where_shape_codes_lie(checkpoint: Checkpoint, tmp_path: Path) -> None:
     with torch.no_grad():
-        checkpoint.model.heads.shape_mean.weight.mul_(10)
+        checkpoint.model.heads.shape_mean.weight.mul_(100)
     files = [disc(seed) for seed in range(44)]
     manifest = export(checkpoint, tmp_path / "car", OFFSET, {}, held_out=files)
     density, engine = manifest.aggregate_posterior, load_engine(read_bundle(tmp_path / "car"))

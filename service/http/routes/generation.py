@@ -31,7 +31,7 @@ Temperature = Annotated[
         ge=0,
         le=2,
         allow_inf_nan=False,
-        description="Standard deviation of the draw: 0 is the mean shape, 1 the prior.",
+        description="Times the standard deviations of the draw: less is more typical, and 0 has a few shapes only.",
     ),
 ]
 Azimuth = Annotated[
@@ -78,7 +78,7 @@ def generation_routes(backend: Backend) -> APIRouter:
         accept: Accept = None,
         if_none_match: IfNoneMatch = None,
     ) -> Response:
-        """Draws shape codes from the model's prior and decodes them."""
+        """Draws shape codes from where pictures of the category have theirs, and decodes them."""
         media_type = negotiate(accept, REPRESENTATIONS)
         engine, azimuth, form = catalogue.engine(category), math.radians(azimuth_degrees), form_of(media_type)
         if count == 1:

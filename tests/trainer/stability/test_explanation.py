@@ -33,7 +33,7 @@ def test_errors_are_those_of_the_service(moved: bool, category: str, monkeypatch
     subject, engine = from_bundle(bundle), load_engine(read_bundle(bundle))
     codes = photographs(exhibits(category, TEST_SEED, 8), subject.scene)
     if moved:
-        codes = np.roll(codes, 9, 3)
+        codes = np.roll(codes, 9 * subject.scene.width // 64, 3)
     sent, scene = upload(codes, subject.scene), subject.scene
     assert len(sent.numbers) > len(codes) / 2
     if scene.zoom == 1:
