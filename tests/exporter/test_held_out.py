@@ -5,12 +5,13 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import torch
 from PIL import Image
 
+from exporter import density
 from exporter.errors import ExportError
 from exporter.export import export
 from exporter.held_out import LEAST_PICTURES, measure_held_out
@@ -21,6 +22,7 @@ from service.inference import Engine, decode, encode, load_engine
 from service.reconstruction import reconstruct
 from tests.exporter.conftest import OFFSET
 from tests.exporter.test_exporter_command import answer
+from trainer.model.aggregate_posterior import fit_aggregate_posterior
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
 
@@ -126,13 +128,30 @@ def test_a_bundle_from_before_there_was_a_yardstick_still_loads(exported: Path, 
     assert reconstruct([engine], [disc(0)], 10**6).report.out_of_class_score is None
 
 
+@pytest.mark.usefixtures("converted")
 def test_forty_pictures_tell_where_shape_codes_lie(checkpoint: Checkpoint, tmp_path: Path) -> None:
-    with torch.no_grad():
-        checkpoint.model.heads.shape_mean.weight.mul_(100)
-    files = [disc(seed) for seed in range(44)]
-    manifest = export(checkpoint, tmp_path / "car", OFFSET, {}, held_out=files)
-    density, engine = manifest.aggregate_posterior, load_engine(read_bundle(tmp_path / "car"))
-    assert density is not None
-    assert density.pictures == 44
-    assert density.numbers
-    assert engine.manifest == manifest
+    manifest = export(checkpoint, tmp_path / "car", OFFSET, {}, held_out=[disc(seed) for seed in range(44)])
+    assert manifest.aggregate_posterior is not None
+    assert manifest.aggregate_posterior.pictures == 44
+    assert load_engine(read_bundle(tmp_path / "car")).manifest == manifest
+
+
+def test_where_they_lie_is_what_is_fitted_to_what_the_encoder_says(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    means = np.random.default_rng(0).standard_normal((60, 3)) * [1.0, 0.01, 2.0]
+    deviations = np.full((60, 3), 0.3)
+
+    def said(_: Engine, picture: np.ndarray) -> SimpleNamespace:
+        number = int(picture[0, 0, 0])
+        return SimpleNamespace(shape_mean=means[number], shape_deviation=deviations[number])
+
+    monkeypatch.setattr(density, "encode", said)
+    found = density.fitted_density(engine, np.arange(60, dtype=np.float32)[:, None, None, None])
+    expected = fit_aggregate_posterior(means, deviations)
+    assert found is not None
+    assert found.contradiction(3) is None
+    assert (found.numbers, found.pictures) == ((0, 2), 60)
+    noise, shares = np.random.default_rng(1).standard_normal((20, 3)), np.linspace(0, 0.99, 20)
+    drawn = [found.code(row, float(share), 1.0) for row, share in zip(noise, shares, strict=True)]
+    np.testing.assert_allclose(drawn, expected.codes(noise, shares), atol=1e-4)

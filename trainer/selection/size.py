@@ -8,7 +8,7 @@ from trainer.config import TrainConfig
 from trainer.model.vae import Model
 
 # As the bundles that ship have it: a face stands in graph, manifest and probe.
-_BYTES_PER_WEIGHT, _BYTES_PER_FACE, _OTHER_BYTES = 4, 150, 14_000
+_BYTES_PER_WEIGHT, _BYTES_PER_FACE, _OTHER_BYTES = 4, 150, 20_000
 
 
 class Size(NamedTuple):
