@@ -21,6 +21,7 @@ from trainer.errors import ChiaroError, ConfigError
 from trainer.evaluation.metrics import TEMPERATURES
 from trainer.training.checkpoint import load_checkpoint
 
+MOST_SAMPLED = 1000
 OFFSET_KEY, TEMPERATURE_KEY = "azimuth_offset_degrees", "azimuth_temperature"
 
 
@@ -49,6 +50,9 @@ class ExportOptions:
     """A folder of pictures of the class that were not trained on, such as the judge's validation pictures, 20 at least,
     and 40 for another precision: how well the model explains them tells the service which pictures are of another
     class. Without it the service takes any picture for one of the class."""
+    samples_from: Path | None = None
+    """A folder of pictures of the class, such as those that were trained on, 40 at least: samples are drawn from where
+    a thousand of them have their shape codes. By default those of --images; without either, from the prior."""
 
 
 def main(arguments: list[str]) -> int:
@@ -80,17 +84,18 @@ def _exported(options: ExportOptions) -> Manifest:
         held_out=held_out,
         precision=options.precision,
         azimuth_temperature=temperature,
+        samples_from=_sampled(options, checkpoint.model.width, checkpoint.model.height),
     )
 
 
 def _repacked(options: ExportOptions) -> Manifest:
     if options.checkpoint is not None:
         raise ConfigError("expected one of --checkpoint and --bundle, found both; name one of them")
-    own = options.metrics, options.azimuth_offset_degrees, options.azimuth_temperature
+    own = options.metrics, options.azimuth_offset_degrees, options.azimuth_temperature, options.samples_from
     if any(value is not None for value in own):
         raise ConfigError(
-            "expected no --metrics, --azimuth-offset-degrees or --azimuth-temperature with --bundle, found one; a "
-            "bundle has its own"
+            "expected no --metrics, --azimuth-offset-degrees, --azimuth-temperature or --samples-from with --bundle, "
+            "found one; a bundle has its own"
         )
     if options.precision == "float32":
         raise ConfigError("expected --precision float16 or int8 with --bundle, found float32, which the bundle has")
@@ -98,6 +103,12 @@ def _repacked(options: ExportOptions) -> Manifest:
     size = bundle.manifest.picture
     held_out = files_in(options.images, size.width, size.height) if options.images else []
     return repack(bundle, options.output, options.precision, held_out)
+
+
+def _sampled(options: ExportOptions, width: int, height: int) -> list[bytes]:
+    """The files of --samples-from, a thousand at the most, evenly out of all."""
+    files = files_in(options.samples_from, width, height) if options.samples_from else []
+    return files[:: math.ceil(len(files) / MOST_SAMPLED)] if files else []
 
 
 def _told(output: Path, manifest: Manifest) -> Iterator[str]:

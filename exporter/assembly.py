@@ -10,7 +10,6 @@ import torch
 from jaxtyping import Float32
 from numpy import ndarray
 
-from exporter.density import fitted_density
 from exporter.errors import ExportError
 from exporter.examples import random_pictures, random_shape_codes
 from exporter.held_out import LEAST_PICTURES, measure_held_out
@@ -80,7 +79,6 @@ def write_bundle(
             engine = load_engine(read_bundle(staging))
             if held_out:
                 manifest = replace(manifest, held_out=measure_held_out(engine, held_out))
-                manifest = replace(manifest, aggregate_posterior=fitted_density(engine, pictures))
                 (staging / MANIFEST_FILE).write_bytes(encode_manifest(manifest))
                 read_bundle(staging)
         except BundleError as error:

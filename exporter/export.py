@@ -13,6 +13,7 @@ from pydantic import JsonValue, ValidationError
 
 from exporter.assembly import Parts, write_bundle
 from exporter.conversion import to_onnx
+from exporter.density import fitted_density
 from exporter.errors import ExportError
 from exporter.examples import random_pictures, random_shape_codes
 from exporter.graphs import DecoderGraph, EncoderGraph, exported_bin_centres, exported_light_bin_centres
@@ -53,12 +54,14 @@ def export(
     held_out: Sequence[bytes] = (),
     precision: PrecisionName = "float32",
     azimuth_temperature: float = 1.0,
+    samples_from: Sequence[bytes] = (),
 ) -> Manifest:
     """Writes a checkpoint's model as a bundle to the directory `output`, and returns its manifest.
 
     `azimuth_offset` is δ of `exporter.graphs`, radians, `azimuth_temperature` its temperature; `metrics` are the
     judge's figures; `seed` draws the inputs of parity and probe; `held_out` are files of pictures that were not trained
-    on, if there are any. What carries nothing is left out (`exporter.slimming`). What is written has been read and
+    on, if there are any; `samples_from` files of those by whose shape codes samples are drawn, which are `held_out` if
+    there are none. What carries nothing is left out (`exporter.slimming`). What is written has been read and
     proven by the service's own reader.
 
     Raises:
@@ -67,15 +70,15 @@ def export(
     """
     check_replaceable(output.absolute())
     model, scene = checkpoint.model.cpu().eval(), checkpoint.scene
-    pictures = read_pictures(
-        held_out, model.width, model.height, scene.camera.distance, scene.camera.field_of_view_degrees, scene.zoom
-    )
+    seen = model.width, model.height, scene.camera.distance, scene.camera.field_of_view_degrees, scene.zoom
+    pictures = read_pictures(held_out, *seen)
     slim, parsimony = slimmed(model, pictures, torch.Generator().manual_seed(seed))
     generator = torch.Generator().manual_seed(seed)
     graphs, parity = _graphs(slim, azimuth_offset, azimuth_temperature, generator)
     slender = replace(checkpoint, model=slim)
     manifest = _manifest(slender, azimuth_offset, azimuth_temperature, metrics, parity, graphs)
-    parts = Parts(replace(manifest, parsimony=parsimony), graphs)
+    density = fitted_density(slim, read_pictures(samples_from, *seen) if samples_from else pictures)
+    parts = Parts(replace(manifest, parsimony=parsimony, aggregate_posterior=density), graphs)
     return write_bundle(parts, output, precision, held_out, pictures, generator)
 
 

@@ -59,8 +59,9 @@ def main() -> int:
             run(*judged, "--meshes", arguments.real_meshes, "--output", out / "evaluation_real")
     with timed("export", seconds):
         run("exporter", "--checkpoint", out / "run", "--output", out / "models" / CATEGORY,
-            "--metrics", out / "evaluation/metrics.json", "--images", out / "pictures/validation")  # fmt: skip
-        run("trainer", "sample", "--checkpoint", out / "run", "--images", out / "pictures/validation",
+            "--metrics", out / "evaluation/metrics.json", "--images", out / "pictures/validation",
+            "--samples-from", out / "pictures/train")  # fmt: skip
+        run("trainer", "sample", "--checkpoint", out / "run", "--images", out / "pictures/train",
             "--output", out / "samples.png")  # fmt: skip
     unseen = {"test": sorted((out / "pictures/test").rglob("*.png"))[0]}
     if real:

@@ -240,7 +240,7 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     validation = workshop.pictures_of(model, "validation")
     test = judge(directory, "test", validation, "--images", workshop.pictures_of(model, "test"))
     run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
-        "--images", validation, quiet=True)  # fmt: skip
+        "--images", validation, "--samples-from", workshop.pictures_of(model, "train"), quiet=True)  # fmt: skip
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
     write_samples(bundle, bundle.with_name(f"{model.name}-samples.png"))
     steps = str(workshop.steps_of(model))

@@ -6,6 +6,7 @@ and what is drawn from there is crumpled. So a density is fitted to q after the 
 that (Ghosh et al., "From variational to deterministic autoencoders", 2020).
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,7 +21,8 @@ ACTIVE_VARIANCE: Final = 0.01
 """Numbers whose posterior mean varies by less between pictures are as the prior has them (Burda et al., 2016)."""
 COMPONENTS: Final = (1, 2, 3, 4, 6, 8, 12)
 _PICTURES_A_COMPONENT: Final = 10
-_DRAWS, _FOLDS = 8, 5
+_DRAWS, _FOLDS = 1600, 5
+"""At least so many draws from all posteriors together."""
 _LEAST_VARIANCE: Final = 1e-3
 
 
@@ -73,12 +75,13 @@ def fit_aggregate_posterior(
     numbers = np.flatnonzero(means.var(0) > ACTIVE_VARIANCE)
     if not len(numbers):
         return AggregatePosterior((), np.ones(1), np.zeros((1, 0)), np.zeros((1, 0, 0)), pictures)
-    noise = np.random.default_rng(seed).standard_normal((pictures, _DRAWS, len(numbers)))
+    draws = math.ceil(_DRAWS / pictures)
+    noise = np.random.default_rng(seed).standard_normal((pictures, draws, len(numbers)))
     drawn = (means[:, None, numbers] + deviations[:, None, numbers] * noise).reshape(-1, len(numbers))
     mixture = GaussianMixture(reg_covar=_LEAST_VARIANCE, max_iter=500, random_state=seed)
     most = max(1, pictures // _PICTURES_A_COMPONENT)
     choice = {"n_components": [count for count in COMPONENTS if count <= most]}
     search = GridSearchCV(mixture, choice, cv=GroupKFold(_FOLDS), error_score="raise")
-    best = search.fit(drawn, groups=np.repeat(np.arange(pictures), _DRAWS)).best_estimator_
+    best = search.fit(drawn, groups=np.repeat(np.arange(pictures), draws)).best_estimator_
     chosen = tuple(int(number) for number in numbers)
     return AggregatePosterior(chosen, best.weights_, best.means_, np.linalg.cholesky(best.covariances_), pictures)

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import torch
+from torch import Tensor
 
 from trainer.config import TrainConfig
 from trainer.model.vae import Model
@@ -27,5 +28,8 @@ def size_of(config: TrainConfig) -> Size:
     with torch.random.fork_rng(devices=[]):
         model = Model(config.model, config.width, config.height)
     learnt, shape = (sum(weight.numel() for weight in part.parameters()) for part in (model, model.decoder))
-    bundle = _BYTES_PER_WEIGHT * learnt + _BYTES_PER_FACE * len(model.faces) + _OTHER_BYTES
+    # Of layers that are tied to their mirror image a graph holds both halves.
+    layers = [getattr(module, name, None) for module in model.modules() for name in ("weight", "bias")]
+    stored = sum(layer.numel() for layer in layers if isinstance(layer, Tensor))
+    bundle = _BYTES_PER_WEIGHT * stored + _BYTES_PER_FACE * len(model.faces) + _OTHER_BYTES
     return Size(learnt, shape, len(model.decoder.base_vertices), bundle)
