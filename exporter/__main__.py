@@ -132,6 +132,8 @@ def _told(output: Path, manifest: Manifest) -> Iterator[str]:
         )
     if manifest.held_out is None:
         yield "no held-out pictures: the service will give no out-of-class score; name a folder of them with --images"
+    if manifest.aggregate_posterior is None:
+        yield "samples will be drawn from the prior; name a folder of pictures of the class with --samples-from"
 
 
 def _fitted(

@@ -13,7 +13,7 @@ from pydantic import JsonValue, ValidationError
 
 from exporter.assembly import Parts, write_bundle
 from exporter.conversion import to_onnx
-from exporter.density import fitted_density
+from exporter.density import told
 from exporter.errors import ExportError
 from exporter.examples import random_pictures, random_shape_codes
 from exporter.graphs import DecoderGraph, EncoderGraph, exported_bin_centres, exported_light_bin_centres
@@ -39,10 +39,12 @@ from service.manifest import (
     Picture,
     model_identity,
 )
+from trainer.model.aggregate_posterior import LEAST_PICTURES, aggregate_posterior_of
 from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
 
 PARITY_BATCHES: Final = (1, 2, 5, 16)
+_BATCH: Final = 64
 
 
 def export(
@@ -66,6 +68,7 @@ def export(
 
     Raises:
         ExportError: torch and onnxruntime disagree; or as `write_bundle` does. Nothing is written.
+        DataError: of the pictures to draw samples from, too few can be used. Nothing is written.
         StorageError: the disk is full, or cannot be written; nothing is left half-written.
     """
     check_replaceable(output.absolute())
@@ -77,8 +80,11 @@ def export(
     graphs, parity = _graphs(slim, azimuth_offset, azimuth_temperature, generator)
     slender = replace(checkpoint, model=slim)
     manifest = _manifest(slender, azimuth_offset, azimuth_temperature, metrics, parity, graphs)
-    density = fitted_density(slim, read_pictures(samples_from, *seen) if samples_from else pictures)
-    parts = Parts(replace(manifest, parsimony=parsimony, aggregate_posterior=density), graphs)
+    of_class = read_pictures(samples_from, *seen) if samples_from else pictures
+    if samples_from or len(pictures) >= LEAST_PICTURES:
+        density = aggregate_posterior_of(slim, torch.from_numpy(of_class).split(_BATCH))
+        manifest = replace(manifest, aggregate_posterior=told(density))
+    parts = Parts(replace(manifest, parsimony=parsimony), graphs)
     return write_bundle(parts, output, precision, held_out, pictures, generator)
 
 

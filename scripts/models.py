@@ -77,7 +77,8 @@ CARS = ("subdivision",)
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY = ("--loss.kl-cooling-steps", "100")
 # One closed mesh grows legs and stems where blocks crowd (docs/results.md). They go on growing for long. More pixels:
-# tables, not lamps and benches. More steps: benches and tables, not chairs and lamps. These two: on a GPU.
+# tables, not lamps and benches. More steps: benches and tables, not chairs and lamps. Benches and
+# tables were trained on a GPU.
 DETAILED = {
     name: Model(name, name, candidates=("subdivision",), preset="detailed", steps=6000)
     for name in ("bench", "chair", "lamp", "table")
@@ -85,7 +86,7 @@ DETAILED = {
 CLOSER = ("--width", "96", "--height", "72")
 DETAILED["bench"] = replace(DETAILED["bench"], steps=12000)
 DETAILED["table"] = replace(DETAILED["table"], steps=9000, options=CLOSER)
-# Blocks go on finding their places for long, too: corner sofas come late. Cars and sofas: on a GPU.
+# Blocks go on finding their places for long, too: corner sofas come late. Cars and sofas were trained on a GPU.
 LONGER = {"loudspeaker": Model("loudspeaker", "loudspeaker", steps=4500)}
 LONGER["car"] = Model("car", "car", steps=4500, options=CLOSER)
 LONGER["sofa"] = Model("sofa", "sofa", steps=6000, options=CLOSER)

@@ -57,3 +57,8 @@ class AggregatePosterior:
         for number, mean, row in zip(self.numbers, chosen.mean, chosen.factor, strict=True):
             found[number] = mean + np.dot(row, own[: len(row)])
         return found
+
+
+def seeded_share(seed: int) -> float:
+    """The number from 0 to 1 of a seed, which tells nothing of its noise (`inference.sample_shape_code`)."""
+    return float(np.random.RandomState([seed, 1]).random_sample())

@@ -8,10 +8,11 @@ import numpy as np
 from pydantic_core import to_jsonable_python
 
 from service.answer import Answer, Form, Gallery, milliseconds
+from service.density import seeded_share
 from service.errors import ShapeCodeError
 from service.findings import Origin, report_shape
 from service.glb import write_glb, write_row_glb
-from service.inference import Array, Engine, decode, sample_shape_code, seeded_share
+from service.inference import Array, Engine, decode, sample_shape_code
 from service.manifest import Manifest
 from service.overlay import objects_png
 from service.report import InterpolationReport

@@ -159,11 +159,6 @@ def sample_shape_code(seed: int, latent: int, temperature: float = 1.0) -> Array
     return (temperature * np.random.RandomState(seed).standard_normal(latent)).astype(np.float32)
 
 
-def seeded_share(seed: int) -> float:
-    """A number from 0 to 1 that belongs to a seed as its shape code does, and tells nothing of that."""
-    return float(np.random.RandomState([seed, 1]).random_sample())
-
-
 def _session(
     graph: bytes, where: str, inputs: Sequence[str], outputs: Sequence[str], shapes: dict[str, tuple[int, ...]]
 ) -> Any:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exporter.density import density_of
+from exporter import __main__ as command
+from exporter.density import told
 from exporter.errors import ExportError
 from exporter.export import export
 from exporter.held_out import LEAST_PICTURES, measure_held_out
@@ -148,9 +149,37 @@ def test_pictures_of_their_own_tell_it_better(checkpoint: Checkpoint, tmp_path: 
 def test_the_manifest_has_what_is_fitted() -> None:
     means = np.random.default_rng(0).standard_normal((60, 3)) * [1.0, 0.01, 2.0]
     deviations = np.full((60, 3), 0.3)
-    found, expected = density_of(means, deviations), fit_aggregate_posterior(means, deviations)
+    expected = fit_aggregate_posterior(means, deviations)
+    found = told(expected)
     assert found.contradiction(3) is None
     assert (found.numbers, found.pictures) == ((0, 2), 60)
     noise, shares = np.random.default_rng(1).standard_normal((20, 3)), np.linspace(0, 0.99, 20)
     drawn = [found.code(row, float(share), 1.0) for row, share in zip(noise, shares, strict=True)]
     np.testing.assert_allclose(drawn, expected.codes(noise, shares), atol=1e-3)
+
+
+@pytest.mark.usefixtures("converted")
+def test_of_many_pictures_some_are_taken_and_few_are_refused(
+    checkpoint: Checkpoint, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_checkpoint(tmp_path / "run" / FILE_NAME, checkpoint)
+    for folder, count in (("many", 90), ("few", 5)):
+        (tmp_path / folder).mkdir()
+        for number in range(count):
+            (tmp_path / folder / f"{number:02}.png").write_bytes(disc(number, 255))
+    monkeypatch.setattr(command, "MOST_SAMPLED", 50)
+    options = ["--checkpoint", tmp_path / "run", "--azimuth-offset-degrees", "25"]
+    result = answer(capsys, *options, "--output", tmp_path / "car", "--samples-from", tmp_path / "many")
+    assert result.status == 0, result.errors
+    density = read_bundle(tmp_path / "car").manifest.aggregate_posterior
+    assert density is not None
+    assert density.pictures == 45
+    assert "from the prior" not in result.output
+    refused = answer(capsys, *options, "--output", tmp_path / "other", "--samples-from", tmp_path / "few")
+    assert refused.status == 2
+    assert "Expected 40 pictures at least to learn where shape codes lie, found 5" in refused.errors
+    assert not (tmp_path / "other").exists()
+    without = answer(capsys, *options, "--output", tmp_path / "car")
+    assert "samples will be drawn from the prior" in without.output
+    own = answer(capsys, "--bundle", tmp_path / "car", "--output", tmp_path / "other", "--samples-from", tmp_path)
+    assert "or --samples-from with --bundle" in own.errors

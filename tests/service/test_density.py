@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.density import AggregatePosterior, Gaussian
+from service.density import AggregatePosterior, Gaussian, seeded_share
 from service.errors import BundleError
 from service.generation import sampled_code
-from service.inference import Engine, sample_shape_code, seeded_share
+from service.inference import Engine, sample_shape_code
 from service.manifest import decode_manifest, encode_manifest
 from trainer.model import aggregate_posterior as trained
 

@@ -15,7 +15,7 @@ from trainer.errors import ConfigError
 from trainer.evaluation.gallery import sample_rows
 from trainer.evaluation.sheet import write_sheet
 from trainer.evaluation.turntable import FRAMES, turntable
-from trainer.model.aggregate_posterior import fit_aggregate_posterior
+from trainer.model.aggregate_posterior import aggregate_posterior_of
 from trainer.training.checkpoint import Checkpoint, load_checkpoint
 
 _BATCH = 64
@@ -71,15 +71,10 @@ class SampleCommand:
         noise = torch.randn(self.count, checkpoint.config.model.latent, generator=generator)
         if self.images is None:
             return noise * self.temperature
-        model, scene = checkpoint.model, checkpoint.scene
+        scene = checkpoint.scene
         pictures = load_image_folder(self.images, scene.width, scene.height, scene)
-        with torch.no_grad():
-            parts = [model.encode(pictures.batch(rows)) for rows in torch.arange(len(pictures)).split(_BATCH)]
-        means, deviations = (
-            torch.cat(told).double().numpy()
-            for told in zip(*((part.shape_mean, part.shape_deviation) for part in parts), strict=True)
-        )
-        density = fit_aggregate_posterior(means, deviations)
+        batches = (pictures.batch(rows) for rows in torch.arange(len(pictures)).split(_BATCH))
+        density = aggregate_posterior_of(checkpoint.model, batches)
         shares = torch.rand(self.count, generator=generator)
         codes = density.codes(noise.double().numpy(), shares.numpy(), self.temperature)
         return torch.from_numpy(codes).float()

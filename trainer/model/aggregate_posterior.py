@@ -7,14 +7,18 @@ that (Ghosh et al., "From variational to deterministic autoencoders", 2020).
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import torch
 from jaxtyping import Float
 from numpy import ndarray
+from torch import Tensor
 
 from trainer.errors import DataError
+from trainer.model.vae import Model
 
 LEAST_PICTURES: Final = 40
 ACTIVE_VARIANCE: Final = 0.01
@@ -49,6 +53,17 @@ class AggregatePosterior:
         found = temperature * noise
         found[:, own] = self.means[chosen] + np.einsum("nab,nb->na", self.factors[chosen], found[:, own])
         return found
+
+
+def aggregate_posterior_of(model: Model, pictures: Iterable[Float[Tensor, "B 3 H W"]]) -> AggregatePosterior:
+    """Of a model's posteriors of pictures, in batches. Raises DataError as `fit_aggregate_posterior` does."""
+    with torch.no_grad():
+        posteriors = [model.encode(batch) for batch in pictures]
+    means, deviations = (
+        torch.cat(told).double().numpy()
+        for told in zip(*((one.shape_mean, one.shape_deviation) for one in posteriors), strict=True)
+    )
+    return fit_aggregate_posterior(means, deviations)
 
 
 def fit_aggregate_posterior(
