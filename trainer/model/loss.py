@@ -37,6 +37,8 @@ class LossWeights(NamedTuple):
     """Whether views are moved onto the pictures before the shape learns from them (`training.moving`)."""
     e_step_fine: bool = False
     """Whether the E-step compares poses at the encoder's fine angles, not at the centres of their bins."""
+    neighbours: float = 0.0
+    """Of what neighbours' shapes explain (`training.neighbours`)."""
 
 
 class LossTerms(NamedTuple):
@@ -48,6 +50,7 @@ class LossTerms(NamedTuple):
     distillation: Tensor
     laplacian: Tensor
     independence: Tensor
+    neighbours: Tensor
 
     def total(self) -> Tensor:
         return torch.stack(self).sum()
@@ -60,13 +63,15 @@ def training_loss(
     displacement_laplacian: Float[Tensor, "B V 3"] | None,
     responsibility: Float[Tensor, "B R"] | None,
     light_responsibility: Float[Tensor, "B L"] | None = None,
+    lent_log_likelihood: Float[Tensor, "B"] | None = None,
 ) -> LossTerms:
     """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
     taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
     paper; then ρ is matched to its prior instead, and nothing asks the code to be independent of the pose. The same
-    goes for the light's, where it varies. What has no displacements (None) has no Laplacian term."""
+    goes for the light's, where it varies. What has no displacements (None) has no Laplacian term.
+    `lent_log_likelihood` is the expected one under neighbours' shapes, where these are asked."""
     zero = expected_log_likelihood.new_zeros(())
-    matching, teaching, laplacian, independence = zero, zero, zero, zero
+    matching, teaching, laplacian, independence, neighbours = zero, zero, zero, zero, zero
     angles = [(posterior.azimuth_logits, responsibility)]
     divergence = shape_divergence(posterior).sum(1) + azimuth_fine_divergence(posterior)
     if posterior.light is not None:
@@ -81,6 +86,8 @@ def training_loss(
         independence = weights.independence * pose_in_code(posterior.shape_mean, responsibility)
     if displacement_laplacian is not None:
         laplacian = weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean()
+    if lent_log_likelihood is not None:
+        neighbours = -weights.neighbours * lent_log_likelihood.mean()
     return LossTerms(
         reconstruction=-expected_log_likelihood.mean(),
         kl=weights.kl * divergence.mean(),
@@ -88,6 +95,7 @@ def training_loss(
         distillation=teaching,
         laplacian=laplacian,
         independence=independence,
+        neighbours=neighbours,
     )
 
 

@@ -19,6 +19,7 @@ from trainer.errors import CheckpointError, ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.model.vae import Model
 from trainer.training.checks import check_settings
+from trainer.training.neighbours import Memory
 
 FORMAT_VERSION = 1
 FILE_NAME = "checkpoint.safetensors"
@@ -41,6 +42,8 @@ class Checkpoint:
     """Adam's moments and step counts, named `<state>.<parameter>`."""
     run: dict[str, Any]
     """Summary of the run so far: seconds, pictures, validation figures."""
+    memory: Memory | None = None
+    """Where neighbours are looked for, if the loss asks them."""
 
     @property
     def reframing_steps(self) -> int:
@@ -52,6 +55,9 @@ def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Raises StorageError where the file cannot be written; an older checkpoint at `path` then stays."""
     tensors = {f"model.{name}": tensor.cpu().contiguous() for name, tensor in checkpoint.model.state_dict().items()}
     tensors |= {f"optimiser.{name}": tensor.contiguous() for name, tensor in checkpoint.optimiser_state.items()}
+    if checkpoint.memory:
+        kept = checkpoint.memory.state_dict()
+        tensors |= {f"memory.{name}": tensor.cpu().contiguous() for name, tensor in kept.items()}
     header = {
         "format_version": FORMAT_VERSION,
         "config": to_mapping(checkpoint.config),
@@ -109,12 +115,16 @@ def load_checkpoint(path: Path) -> Checkpoint:
         model.load_state_dict(_under("model.", tensors))
         optimiser_state = _under("optimiser.", tensors)
         _check_optimiser(optimiser_state, model)
+        memory, kept = None, _under("memory.", tensors)
+        if kept:
+            memory = Memory(config.model.latent)
+            memory.load_state_dict(kept)
     except (ConfigError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise CheckpointError(
             f"{file}: expected the model that its header describes, found something else ({error}). "
             "The file was altered: use a copy, or train again."
         ) from error
-    return Checkpoint(config, scene, category, step, model.eval(), optimiser_state, run)
+    return Checkpoint(config, scene, category, step, model.eval(), optimiser_state, run, memory)
 
 
 def _under(prefix: str, tensors: dict[str, Tensor]) -> dict[str, Tensor]:

@@ -82,6 +82,11 @@ def _check_together(config: TrainConfig) -> None:
             f"Expected model.light_bins left at {usual.light_bins} with model.light fixed, found {model.light_bins}: "
             "a known light has none. Leave it away, or train with --model.light varying."
         )
+    if loss.neighbour_weight and loss.objective == "paper":
+        raise ConfigError(
+            f"Expected loss.neighbour_weight of 0 with loss.objective paper, found {loss.neighbour_weight:g}: the "
+            "paper asks no neighbours. Leave it away, or train with --loss.objective exact."
+        )
     if loss.kind == "silhouette" and model.light == "varying":
         raise ConfigError(
             "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "

@@ -40,6 +40,7 @@ from trainer.training.health import health_of
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
+from trainer.training.neighbours import Memory
 from trainer.training.optimiser import adam, at_step
 from trainer.training.recorded import differentiation_on
 from trainer.training.resuming import checkpoint_before
@@ -92,10 +93,10 @@ def train(
     before = checkpoint_before(run_directory, resume, config, scene, category, source, provenance)
     if before and before.step >= end:
         return replace(before, config=config)
-    model, optimiser = _at(before, config, device)
+    model, optimiser, memory = _at(before, config, device)
     start, clock = before.step if before else 0, Clock(before.run if before else {})
     shown, first = source.shown().to(device), processes.number() == 0
-    taking = stepping(model, scene, config, device)
+    taking = stepping(model, scene, config, device, memory)
     differentiation = differentiation_on(device, model, config.optimiser.gradient_clip, taking, record)
     views = config.optimiser.views_per_instance
     step, skipped = start, 0
@@ -103,7 +104,7 @@ def train(
     def checkpoint() -> Checkpoint:
         pictures = {"pictures": source.training, "validation_pictures": source.validation}
         run: dict[str, Any] = provenance | clock.told() | pictures
-        return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run)
+        return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run, memory)
 
     with (
         Journal(run_directory, config, start, clock.seconds_before) if first else nullcontext() as journal,
@@ -124,6 +125,7 @@ def train(
                 note_skipped(journal, step, skipped)
             else:
                 skipped = 0
+                _remember(memory, taken.result)
                 last_step = step == end
                 closer = step % intervals.preview == 0
                 if step % intervals.log == 0 or closer or last_step:
@@ -143,8 +145,11 @@ def train(
     return last
 
 
-def _at(before: Checkpoint | None, config: TrainConfig, device: torch.device) -> tuple[Model, torch.optim.Adam]:
-    """Model and optimiser as a checkpoint has them, or new ones."""
+def _at(
+    before: Checkpoint | None, config: TrainConfig, device: torch.device
+) -> tuple[Model, torch.optim.Adam, Memory | None]:
+    """Model, optimiser and where neighbours are looked for, as a checkpoint has them, or new ones. The last only where
+    neighbours are asked."""
     torch.manual_seed(config.seed)
     # New weights are drawn on the CPU: they are the same on all devices.
     model = Model(config.model, config.width, config.height).to(device)
@@ -154,13 +159,22 @@ def _at(before: Checkpoint | None, config: TrainConfig, device: torch.device) ->
     if before:
         model.load_state_dict(before.model.state_dict())
         restore_optimiser(optimiser, model, before.optimiser_state)
-    return model, optimiser
+    memory = Memory(config.model.latent).to(device) if config.loss.neighbour_weight else None
+    if memory and before and before.memory:
+        memory.load_state_dict(before.memory.state_dict())
+    return model, optimiser, memory
+
+
+def _remember(memory: Memory | None, result: StepResult) -> None:
+    if memory:
+        memory.remember(result.posterior.shape_mean, result.azimuth)
 
 
 def stepping(
-    model: Model, scene: SceneConfig, config: TrainConfig, device: torch.device
+    model: Model, scene: SceneConfig, config: TrainConfig, device: torch.device, memory: Memory | None = None
 ) -> Callable[[Given], StepResult]:
-    """`forward` of this model, such that a gradient of its loss is the mean over all processes."""
+    """`forward` of this model, such that a gradient of its loss is the mean over all processes. A loss that asks
+    neighbours looks for them in `memory`."""
     taking: Callable[..., StepResult] = partial(forward, model)
     if processes.count() > 1:
         # Running means are those of the whole batch already, and nothing needs to be sent.
@@ -168,7 +182,7 @@ def stepping(
     fixed = fixed_geometry(model, scene, config.loss), scene, config.loss
     convolutions, views = number_format(config.precision, device), config.optimiser.views_per_instance
     return lambda given: taking(
-        *fixed, given.weights, given.pictures, given.azimuths, given.generator, convolutions, views
+        *fixed, given.weights, given.pictures, given.azimuths, given.generator, convolutions, views, memory
     )
 
 

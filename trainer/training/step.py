@@ -13,10 +13,11 @@ from trainer import processes, recording
 from trainer.config import LossConfig, SceneConfig
 from trainer.model.encoder import Encoder
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
-from trainer.model.posterior import Posterior, PosteriorHeads, pooled_over_views
+from trainer.model.posterior import Posterior, PosteriorHeads, bin_centres, pooled_over_views
 from trainer.model.vae import Model, sample_normal
 from trainer.rendering import renderer
 from trainer.training.moving import moved_onto
+from trainer.training.neighbours import Memory, lent_codes
 from trainer.training.views import Views, bin_views, views_at
 
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
@@ -28,6 +29,8 @@ class StepResult(NamedTuple):
     posterior: Posterior
     expected_log_likelihood: Float[Tensor, "B"]
     """Of each picture, over its coarse bins."""
+    azimuth: Float[Tensor, "B"]
+    """Of each picture the most probable one, radians; without gradient."""
 
     def loss(self) -> Tensor:
         return self.terms.total()
@@ -63,12 +66,14 @@ def forward(
     generator: torch.Generator,
     convolutions: torch.dtype = torch.float32,
     views_per_instance: int = 1,
+    memory: Memory | None = None,
 ) -> StepResult:
     """The loss of one batch; the fine angles are sampled once per picture, z once per object, of which each
     `views_per_instance` consecutive pictures show one.
 
     The paper's objective weighs the coarse bins by the encoder's ρ (Eq. loss). The exact one finds their posterior
-    first (`e_step`). A known azimuth leaves one bin, and of varying light the bins of λ.
+    first (`e_step`). A known azimuth leaves one bin, and of varying light the bins of λ. `memory` is where neighbours
+    are looked for, if their shapes are asked to explain pictures, too.
     """
     posterior = pooled_over_views(encode_mixed(model, images, convolutions), views_per_instance)
     shape_code = sample_normal(
@@ -81,13 +86,19 @@ def forward(
     vertices = model.decode(shape_code)
     check_vertices(vertices)
 
-    def hypotheses(azimuth_fine: Float[Tensor, "B"], light_fine: Float[Tensor, "B"] | None, moved: bool) -> Views:
+    def hypotheses(
+        vertices: Float[Tensor, "B V 3"],
+        azimuth_fine: Float[Tensor, "B"],
+        light_fine: Float[Tensor, "B"] | None,
+        moved: bool,
+    ) -> Views:
         everywhere = bin_views(model, scene, vertices, azimuth_fine, light_fine)
         if moved:
             everywhere = moved_onto(everywhere, images, model.faces)
         return everywhere if known is None else views_at(everywhere, known)
 
-    views, log_rho = hypotheses(azimuth_fine, light_fine, weights.moved), coarse_log_rho(posterior, known)
+    views = hypotheses(vertices, azimuth_fine, light_fine, weights.moved)
+    log_rho = coarse_log_rho(posterior, known)
     crease, eta = CREASES[config.antialias], binarisation(config)
     responsibility = None
     if log_rho[0].numel() == 1:
@@ -95,6 +106,7 @@ def forward(
     elif config.objective == "exact":
         with torch.no_grad():
             compared = hypotheses(
+                vertices,
                 weights.e_step_fine * posterior.azimuth_fine_mean,
                 None if light is None else weights.e_step_fine * light.fine_mean,
                 moved=config.moved_steps > 0,
@@ -105,6 +117,22 @@ def forward(
     else:
         values = renderer.log_likelihood(*views, images, geometry.topology, crease, eta)
         expected = (values * log_rho.exp()).flatten(1).sum(1)
+    with torch.no_grad():
+        taken_for = log_rho.exp() if responsibility is None else responsibility
+        by_azimuth = taken_for.reshape(*taken_for.shape[:2], -1).sum(2) if known is None else known
+        centres = bin_centres(model.config.azimuth_bins, azimuth_fine)
+        azimuth = centres[by_azimuth.argmax(1)] + posterior.azimuth_fine_mean
+    lent = None
+    if weights.neighbours and memory is not None and responsibility is not None:
+        mirrored = model.config.symmetry == "mirror"
+        codes = lent_codes(memory, posterior.shape_mean, azimuth, uniform_azimuths(images, generator), mirrored)
+        borrowed = hypotheses(
+            model.decode(codes),
+            azimuth_fine.detach(),
+            None if light_fine is None else light_fine.detach(),
+            weights.moved,
+        )
+        lent = renderer.expected_log_likelihood(*borrowed, images, responsibility, geometry.topology, crease, eta)
     displaced = None
     if geometry.laplacian is not None:
         displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
@@ -113,8 +141,14 @@ def forward(
         light_taught = None if light is None else responsibility.sum(1)
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
-    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught)
-    return StepResult(terms, posterior, expected)
+    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent)
+    return StepResult(terms, posterior, expected, azimuth)
+
+
+def uniform_azimuths(images: Float[Tensor, "B 3 H W"], generator: torch.Generator) -> Float[Tensor, "B"]:
+    """A direction for each picture, radians."""
+    plane = sample_normal(images.new_zeros(len(images), 2), images.new_ones(len(images), 2), generator)
+    return torch.atan2(plane[:, 0], plane[:, 1])
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

@@ -30,7 +30,14 @@ from trainer.model.posterior import (
 
 BATCH, BINS, LIGHT_BINS, LATENT, VERTICES = 7, 12, 3, 5, 9
 WEIGHTS = LossWeights(
-    kl=1.3, prior_matching=17.0, temperature=4.0, encoder_prior=0.0, distillation=2.5, laplacian=3.0, independence=7.0
+    kl=1.3,
+    prior_matching=17.0,
+    temperature=4.0,
+    encoder_prior=0.0,
+    distillation=2.5,
+    laplacian=3.0,
+    independence=7.0,
+    neighbours=0.6,
 )
 
 
@@ -112,6 +119,17 @@ def test_the_exact_objective_teaches_the_encoder_the_balanced_posterior(
     cross_entropy = -(q * np.log(_softmax(posterior.azimuth_logits.numpy()))).sum(1).mean()
     assert terms.distillation.item() == pytest.approx(WEIGHTS.distillation * cross_entropy, rel=1e-10)
     assert terms.prior_matching.item() == 0
+
+
+def test_what_neighbours_explain_is_weighed_and_added(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    asked = posterior, laplacian, None, None
+    alone = training_loss(WEIGHTS, log_likelihood[:, 0], *asked)
+    terms = training_loss(WEIGHTS, log_likelihood[:, 0], *asked, log_likelihood[:, 1])
+    assert alone.neighbours.item() == 0
+    assert terms.neighbours.item() == pytest.approx(-0.6 * np.mean(log_likelihood.numpy()[:, 1]))
+    assert terms.total().item() == pytest.approx(alone.total().item() + terms.neighbours.item())
 
 
 def test_varying_light_adds_its_own_terms_as_the_paper_writes_them(

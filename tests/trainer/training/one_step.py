@@ -22,6 +22,7 @@ from trainer.training.descent import Given
 from trainer.training.device import CPU
 from trainer.training.figures import figures_of
 from trainer.training.loop import stepping
+from trainer.training.neighbours import Memory
 from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 
@@ -37,6 +38,7 @@ SETTINGS = {
         ("exact", LossConfig(), 1),
         ("paper", LossConfig(objective="paper"), 1),
         ("two views", LossConfig(), 2),
+        ("neighbours", LossConfig(neighbour_weight=1.0), 1),
     )
 }
 
@@ -59,7 +61,12 @@ def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:
     batch, _, generator = next(source.minibatches(config.optimiser.batch_size, 0, 0, views))
     weights = weights_at(config.loss, 1000, config.width, config.height)
     # It averages the gradients as long as it lives.
-    taking = stepping(model, scene, replace(config, precision="float32"), CPU)
+    random = torch.Generator().manual_seed(0)
+    memory = Memory(config.model.latent).double()
+    codes, azimuths = torch.randn(200, config.model.latent, generator=random), 7 * torch.randn(200, generator=random)
+    own = processes.share(200)
+    memory.remember(codes[own].double(), azimuths[own].double())
+    taking = stepping(model, scene, replace(config, precision="float32"), CPU, memory)
     result = taking(Given(batch.double(), None, weights, generator))
     result.loss().backward()
     figures = {name: torch.tensor(value) for name, value in figures_of(result, 0.0).items()}

@@ -26,6 +26,7 @@ from trainer.training import device as device_module
 from trainer.training import reframing, step
 from trainer.training.device import CPU, chosen_device, enough_memory, sent_to
 from trainer.training.loop import fixed_geometry, train
+from trainer.training.neighbours import Memory
 from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 from trainer.training.step import forward, number_format
@@ -156,6 +157,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (LIT, LossConfig(), False, 2),
         (LIT, LossConfig(pose_supervision="azimuth"), True, 1),
         (BLOCKS, LossConfig(moved_steps=10), False, 1),
+        (LIT, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False, 2),
     ],
 )
 def test_a_step_is_on_one_device(
@@ -171,7 +173,7 @@ def test_a_step_is_on_one_device(
     azimuths = torch.empty(8, device=elsewhere) if known else None
     weights, generator = weights_at(loss, 5, *size), torch.Generator()
     seen = geometry, SceneConfig(*size), loss, weights, images, azimuths, generator, torch.float32, views
-    result = forward(there, *seen)
+    result = forward(there, *seen, Memory(model.latent).to(elsewhere))
     result.loss().backward()
     gradients = [parameter.grad for parameter in there.parameters() if parameter.grad is not None]
     assert len(gradients) > 10

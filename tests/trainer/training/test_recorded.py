@@ -19,6 +19,7 @@ from trainer.training import recorded
 from trainer.training.descent import Descent, Differentiation, Given, Unrecorded, put_back
 from trainer.training.device import CPU
 from trainer.training.loop import stepping
+from trainer.training.neighbours import Memory
 from trainer.training.recorded import Recorded
 from trainer.training.schedule import weights_at
 
@@ -146,7 +147,10 @@ def both_ways(loss: LossConfig) -> tuple[Recorded[Any], Unrecorded[Any], list[Gi
     torch.backends.cudnn.allow_tf32 = False
     torch.manual_seed(0)
     there = Model(config.model, *size).to(GPU)
-    taking = stepping(there, SceneConfig(*size), config, GPU)
+    memory = Memory(config.model.latent).to(GPU)
+    for number in range(2):
+        memory.remember(torch.randn(64, config.model.latent, device=GPU), torch.randn(64, device=GPU) + number)
+    taking = stepping(there, SceneConfig(*size), config, GPU, memory)
     generator = torch.Generator().manual_seed(1)
     minibatches = [
         Given(torch.rand(8, 3, *size[::-1], generator=generator).to(GPU), None, weights_at(loss, number, *size),
@@ -172,6 +176,7 @@ def gradients_of(differentiation: Differentiation[Any], given: Given) -> tuple[f
     "loss",
     [
         LossConfig(independence_weight=1.0),
+        LossConfig(neighbour_weight=1.0, e_step_centred_steps=0),
         LossConfig(objective="paper"),
         LossConfig(antialias="borders", antialias_e_step="contours"),
     ],

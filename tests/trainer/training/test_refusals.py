@@ -81,6 +81,10 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"model": {"light_bins": 5}},
             r"model.light_bins left at 3 with model.light fixed, found 5: .* --model\.light varying",
         ),
+        (
+            {"loss": {"objective": "paper", "neighbour_weight": 0.5}},
+            "loss.neighbour_weight of 0 with loss.objective paper, found 0.5: .* --loss.objective exact",
+        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),

@@ -60,6 +60,9 @@ SETTINGS = {
     "latent of 40": Setting(model={"latent": 40}),
     "no poses": Setting(model=FEW_BINS, loss=UNTOLD, optimiser=LONGER),
     "no poses, moved": Setting(model=FEW_BINS, loss=UNTOLD | {"moved_steps": 80}, optimiser=LONGER),
+    "no poses, neighbours": Setting(
+        model=FEW_BINS, loss=UNTOLD | {"neighbour_weight": 1.0, "e_step_centred_steps": 60}, optimiser=LONGER
+    ),
     # After 160 steps the light is still hardly better than a guess (27° to 32° in three seeds), after 320 12° to 16°.
     "no poses, varying colour": Setting(
         rotate_lights=True, model=FEW_BINS | {"light": "varying"}, loss=UNTOLD, optimiser=LONGER | {"steps": 320}
