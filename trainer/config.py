@@ -123,7 +123,7 @@ class LossConfig:
     neighbour_weight: float = 0.0
     """`exact` objective: weight of each picture's likelihood under the shape of a like object that was seen from
     another side (`training.neighbours`), from step `e_step_centred_steps` on; 1 weighs as much as its own shape's. It
-    costs a third to a half more time."""
+    costs up to half more time."""
     temperature_start: float = 240.0
     """`exact` objective: temperature T of the E-step at the first step, in units of log-likelihood."""
     temperature: float = 24.0
