@@ -96,8 +96,8 @@ LONGER["sofa"] = Model("sofa", "sofa", steps=6000, options=CLOSER)
 LONGER["vessel"] = Model("vessel", "vessel", steps=4500, options=CLOSER)
 LONGER["rifle"] = Model("rifle", "rifle", steps=4500, options=(*CLOSER, "--seed", "1"))
 EITHER_WAY = {name: Model(name, name, steps=4500, options=EARLY) for name in ("bathtub", "jar", "pot")}
-# Of the seeds 0, 1 and 2, on validation pictures.
-EITHER_WAY["bathtub"] = replace(EITHER_WAY["bathtub"], options=(*EARLY, "--seed", "1"))
+# Of the seeds 0, 1 and 2, on validation pictures. A coarser mesh makes the hollow with one vertex, and that a spike.
+EITHER_WAY["bathtub"] = replace(EITHER_WAY["bathtub"], options=(*EARLY, "--seed", "1", "--model.segments", "6"))
 # Wings may be before or behind the middle.
 AIRPLANE = Model("airplane", "airplane", steps=2400, options=("--loss.moved-steps", "1500"))
 MODELS = (
