@@ -94,7 +94,7 @@ fuzz: $(VENV)/.bench  ## 100,000 more executions of a coverage-guided fuzzer on 
 bench-ceilings: install  ## how far meshes of each kind can come at all (docs/results/ceilings.json; about 20 minutes)
 	$(BIN)/python -m benchmarks.ceilings
 
-bench-free-codes: install  ## what holds shapes back when neither poses nor the encoder do (docs/results/free-codes.json; about 40 minutes)
+bench-free-codes: install  ## what holds shapes back when neither poses nor the encoder do (docs/results/free-codes.json; about 10 minutes)
 	$(BIN)/python -m benchmarks.free_codes
 
 bench-learning: install  ## accuracy over training time, the paper's objective beside ours (docs/results/learning.json; about 20 minutes)
