@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import torch
 from jaxtyping import Float
@@ -71,7 +71,16 @@ def differentiate(
     """What the forward pass gives, and the gradient's norm before clipping."""
     result = forward(given)
     result.loss().backward()
-    return result, torch.nn.utils.clip_grad_norm_(model.parameters(), gradient_clip)
+    return without_graph(result), torch.nn.utils.clip_grad_norm_(model.parameters(), gradient_clip)
+
+
+def without_graph(value: Any) -> Any:
+    """The same tensors, in the same named tuples, without what led to them. Where that stays, so do the nodes that
+    accumulate the parameters' gradients, on the stream of that step, and whatever differentiates next on another stream
+    has to wait for it."""
+    if isinstance(value, Tensor):
+        return value.detach()
+    return type(value)(*map(without_graph, value)) if isinstance(value, tuple) else value
 
 
 def put_back(model: nn.Module, buffers: list[Tensor]) -> None:

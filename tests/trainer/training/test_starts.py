@@ -171,7 +171,7 @@ def test_starts_that_were_interrupted_are_resumed(
             raise KeyboardInterrupt
         return train(config, *arguments, **options)
 
-    options = ("--images", picture_folder, "--preset", tiny, "--seed", "7", "--starts", "3")
+    options = ("--images", picture_folder, "--preset", tiny, "--seed", "7", "--starts", "3", "--device", "cpu")
     assert answer(capsys, "train", "--run", tmp_path / "whole", *options)[0] == 0
     train = starts_module.train
     with monkeypatch.context() as patch:
@@ -179,7 +179,7 @@ def test_starts_that_were_interrupted_are_resumed(
         status, _, errors = answer(capsys, "train", "--run", tmp_path / "parts", *options)
         assert status == 130
         assert "stopped before one of 3 starts was chosen; continue with --resume" in errors
-    resumed = ("train", "--run", tmp_path / "parts", "--resume")
+    resumed = ("train", "--run", tmp_path / "parts", "--resume", "--device", "cpu")
     status, _, errors = answer(capsys, *resumed, "--starts", "2")
     assert status == 2
     assert "keep its number of starts, 3, found --starts 2" in errors
