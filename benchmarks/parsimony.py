@@ -69,6 +69,9 @@ def main() -> None:
     known = json.loads(options.output.read_text())["models"] if options.output.exists() else {}
     names = options.only or sorted(path.parent.name for path in options.models.glob("*/manifest.json"))
     for name in names:
+        if lowered := read_bundle(options.models / name).manifest.precision:
+            print(f"{name}: left out, since its bundle is in {lowered.encoder}; what was found of it stays")
+            continue
         known[name] = look_at(options, options.models / name)
         report = {
             "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
