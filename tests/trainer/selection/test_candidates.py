@@ -87,9 +87,11 @@ def test_each_dimension_of_the_code_and_each_angle_of_the_light_is_paid_for() ->
 
 
 def test_the_estimate_is_what_the_bundles_that_ship_weigh() -> None:
-    manifests = sorted(MODELS.glob("*/manifest.json"))
-    assert len(manifests) > 5
-    for path in manifests:
-        config = from_mapping(TrainConfig, json.loads(path.read_text())["training"]["config"], str(path))
-        weighed = sum(file.stat().st_size for file in path.parent.iterdir())
-        assert math.isclose(size_of(config).bundle_bytes, weighed, rel_tol=0.01), path.parent.name
+    manifests = {path.parent: json.loads(path.read_text()) for path in MODELS.glob("*/manifest.json")}
+    # It is of what a training is exported to, unless another precision is asked for.
+    in_float32 = [folder for folder, manifest in manifests.items() if manifest["precision"] is None]
+    assert len(in_float32) > 5
+    for folder in in_float32:
+        config = from_mapping(TrainConfig, manifests[folder]["training"]["config"], str(folder))
+        weighed = sum(file.stat().st_size for file in folder.iterdir())
+        assert math.isclose(size_of(config).bundle_bytes, weighed, rel_tol=0.01), folder.name
