@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,10 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+import tyro
+
+from trainer.commands.train import TrainCommand
+from trainer.training.checks import check_settings
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 OVERLAPS = {"subdivision": 0.3, "full-block": 0.4}
@@ -138,3 +143,24 @@ def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Command
 def _figures(folder: Path) -> dict[str, Any]:
     read: dict[str, Any] = json.loads((folder / "models/figures.json").read_text())
     return read
+
+
+def test_every_candidate_is_a_training_that_is_taken(script: ModuleType) -> None:
+    for model in script.MODELS:
+        for candidate in model.candidates:
+            options = ["--preset", model.preset, *script.training_options(model, candidate)]
+            command = tyro.cli(
+                TrainCommand,
+                args=["--images", "pictures", "--run", "run", *options],
+                default=TrainCommand.default(options),
+            )
+            assert command.config.model.parameterisation == candidate
+            check_settings(command.config)
+
+
+def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType) -> None:
+    known = json.loads((SCRIPTS.with_name("models") / "figures.json").read_text())
+    for model in script.MODELS:
+        options = shlex.join(script.training_options(model, known[model.name]["parameterisation"]))
+        told = f"--preset {model.preset} --optimiser.steps {model.steps} {options} --images"
+        assert told in known[model.name]["command"], model.name
