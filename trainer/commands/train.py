@@ -1,6 +1,6 @@
 """`python -m trainer train`"""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -12,6 +12,7 @@ from trainer import processes
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.commands.progress import progress_of
+from trainer.commands.teaching import teacher_at, told_poses
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
@@ -52,6 +53,10 @@ class TrainCommand:
     shards_at_once: int = 8
     """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded. --resume
     remembers both."""
+    poses_of: Path | None = None
+    """Run directory or bundle of a former training on the same --images: this one is told the poses that that one finds
+    in them, and of shapes that are to be mirrored where their mirror lies. Sets --loss.pose-supervision azimuth.
+    --resume remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = DEFAULT
@@ -94,11 +99,16 @@ class TrainCommand:
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
             shards = Path(before.run["shards"]) if "shards" in before.run else None
             at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
+            poses = Path(before.run["poses_of"]) if "poses_of" in before.run else None
             options: dict[str, Any] = {"starts": starts, "fresh": fresh, "config": before.config}
-            return cls(images, required, shards, at_once, category=before.category, **options)
+            return cls(images, required, shards, at_once, poses, category=before.category, **options)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
+        if self.poses_of is not None and self.config.loss.pose_supervision != "azimuth":
+            config = replace(self.config, loss=replace(self.config.loss, pose_supervision="azimuth"))
+            replace(self, config=config).run()
+            return
         check_settings(self.config)
         check_intervals(self.intervals)
         if not 0 <= self.reframing_share <= 100:
@@ -121,6 +131,10 @@ class TrainCommand:
             provenance = {"images": str(self.images.resolve())}
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
+            if self.poses_of is not None:
+                teacher, mirrored = teacher_at(self.poses_of), self.config.model.symmetry == "mirror"
+                source = told_poses(source, self.images, teacher, mirrored, console)
+                provenance["poses_of"] = str(self.poses_of.resolve())
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
         elif self.shards is not None:
@@ -256,13 +270,15 @@ class TrainCommand:
         return drawn_scene(self.fresh, self.config.height, self.config.height)
 
     def _category(self) -> str:
-        """Raises ConfigError where no pictures are named, or two kinds of them."""
+        """Raises ConfigError where no pictures are named, two kinds of them, or poses of any but a folder's."""
         folders = [folder for folder in (self.images, self.shards, self.fresh.meshes, self.fresh.shapenet) if folder]
         if len(folders) > 1 or not (folders or self.category):
             raise ConfigError(
                 "Expected one of --images DIR, --shards DIR, --meshes DIR, --shapenet DIR and --class CLASS, found "
                 f"{'none' if not folders else ' and '.join(map(str, folders))}."
             )
+        if self.poses_of is not None and self.images is None:
+            raise ConfigError("Expected --poses-of only beside --images DIR, found other pictures. Leave it away.")
         return self.category or Path(folders[0]).resolve().name
 
 

@@ -93,7 +93,7 @@ def from_folder(folder: Path, scene: SceneConfig) -> Pictures:
 
     Raises DataError where there is no such folder, or it does not say what its pictures show.
     """
-    images = _load(folder, scene)
+    images = load_as_seen(folder, scene)
     azimuths, lights = _azimuths(folder, images), images.light_azimuths
     varying = lights is not None and np.ptp(lights) > 0
     truth = _look_at_objects(folder, images, truth_of)
@@ -165,7 +165,7 @@ def validation_from(folder: Path, scene: SceneConfig) -> Validation:
 
     Raises DataError where there is no such folder, or no azimuths are known.
     """
-    images = _load(folder, scene)
+    images = load_as_seen(folder, scene)
     azimuths = _azimuths(folder, images)
     known = read_settings(folder) is not None
     voxels = np.stack(_look_at_objects(folder, images, lambda _, solid: solid.full)) if known else None
@@ -179,7 +179,7 @@ def truth_of(mesh: Mesh, solid: Solid) -> Truth:
     return Truth(solid.full, surface, rotational_order(dense))
 
 
-def _load(folder: Path, scene: SceneConfig) -> ImageSet:
+def load_as_seen(folder: Path, scene: SceneConfig) -> ImageSet:
     """The pictures of a folder for a model that expects `scene`; a warning says where they show another."""
     images = load_image_folder(folder, scene.width, scene.height, scene)
     if images.scene != scene:
