@@ -1,7 +1,8 @@
 """Makes the models that ship: for each class, candidates are trained without labels, and the best becomes a bundle.
 
     WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
-    WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened
+    WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened; one that
+                                    finds the poses that the model is told, in first
     OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and samples
     OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
     WORK/pictures/rivals/<class>/   what all bundles of OUTPUT are shown, to fit how strictly `auto` judges each
@@ -15,6 +16,7 @@ import argparse
 import json
 import shlex
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -69,6 +71,8 @@ class Model:
     """More options of the training."""
     precision: PrecisionName = "float32"
     """Of the bundle's weights."""
+    first: "Model | None" = None
+    """The training that finds the poses, which this one is told."""
 
     @property
     def light(self) -> str:
@@ -207,7 +211,8 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
             train(workshop, model, candidate, steps, workshop.screening_directory(model, candidate), 0.0)
             found[candidate] = screened(workshop, model, candidate)
     chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
-    train(workshop, model, chosen, workshop.steps_of(model), workshop.run_directory(model, chosen))
+    told = find_poses(workshop, model)
+    train(workshop, model, chosen, workshop.steps_of(model), workshop.run_directory(model, chosen), told=told)
     return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
 
 
@@ -217,6 +222,15 @@ def render(workshop: Workshop, model: Model) -> None:
         lights = ["--rig", model.rig, *(["--rotate-lights"] if model.rotate_lights else [])]
         run("trainer", "render", "--class", model.category, "--seed", seed, "--instances", count,
             "--output", workshop.pictures_of(model, part), *lights, quiet=True)  # fmt: skip
+
+
+def find_poses(workshop: Workshop, model: Model) -> list[object]:
+    """The options that tell a model the poses that its first training, which is done here, finds; none without one."""
+    if model.first is None:
+        return []
+    directory = workshop.run_directory(model, "first")
+    train(workshop, model.first, model.first.candidates[0], workshop.steps_of(model.first), directory)
+    return ["--poses-of", directory]
 
 
 def training_options(model: Model, candidate: str) -> list[str]:
@@ -230,14 +244,15 @@ def train(
     steps: int,
     directory: Path,
     reframing: float = TrainCommand.reframing_share,
+    told: Sequence[object] = (),
 ) -> None:
     """Trains to that step, from where it was, and reframes for that share of it."""
     if (directory / CHECKPOINT).exists():
         if progress(directory)["step"] >= steps + round(reframing * steps):
             return
-        options = ["--resume"]
+        options: list[object] = ["--resume"]
     else:
-        options = ["--preset", model.preset, *training_options(model, candidate)]
+        options = ["--preset", model.preset, *training_options(model, candidate), *told]
     images = workshop.pictures_of(model, "train")
     run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
         "--starts", 1, "--reframing-share", reframing, *options, quiet=True)  # fmt: skip
@@ -262,11 +277,13 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
         "--precision", model.precision, quiet=True)  # fmt: skip
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
     write_samples(bundle, bundle.with_name(f"{model.name}-samples.png"))
-    steps = str(workshop.steps_of(model))
-    options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, chosen)]
-    command = ["python", "-m", "trainer", "train", "--starts", "1", *options, "--images", "PICTURES", "--run", "RUN"]
+    first = {}
+    if model.first:
+        first["first_command"] = command_of(workshop, model.first, model.first.candidates[0], "--run", "FIRST")
+    told = ["--poses-of", "FIRST"] if model.first else []
     figures: dict[str, Any] = {
-        "command": shlex.join(command),
+        **first,
+        "command": command_of(workshop, model, chosen, *told, "--run", "RUN"),
         "parameterisation": chosen,
         "training_seconds": progress(directory)["seconds"],
         "bundle_bytes": bytes_of(bundle),
@@ -276,6 +293,13 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
         real = judge(directory, "real", validation, "--meshes", real_meshes)
         figures["real_meshes"] = {name: real[name] for name in FIGURES}
     return figures
+
+
+def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> str:
+    """What trains a model, as somebody would type it."""
+    steps = str(workshop.steps_of(model))
+    options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, candidate)]
+    return shlex.join(["python", "-m", "trainer", "train", "--starts", "1", *options, "--images", "PICTURES", *more])
 
 
 def judge(directory: Path, name: str, validation: Path, *subjects: object) -> dict[str, Any]:

@@ -24,7 +24,8 @@ def page(models: Mapping[str, Mapping[str, Any]], folders: Mapping[str, str]) ->
         real = _row(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
         cells = [model, one["parameterisation"], *_row(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
         lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "```sh", *(one["command"] for one in models.values()), "```"]
+    commands = (one[name] for one in models.values() for name in ("first_command", "command") if name in one)
+    lines += ["", "```sh", *commands, "```"]
     for model in models:
         folder = folders.get(model, "")
         lines += ["", f"**{model}**: unseen pictures and what the model makes of them; and objects that it invents", ""]

@@ -25,6 +25,7 @@ class Commands:
     def __init__(self, figures: tuple[str, ...]) -> None:
         self.figures = figures
         self.trained: list[tuple[str, int, bool]] = []
+        self.told: dict[str, object] = {}
         self.judged: list[str] = []
         self.rivals: list[str] = []
 
@@ -42,6 +43,7 @@ class Commands:
         elif arguments[0] == "train":
             directory, steps = Path(str(options["--run"])), int(str(options["--optimiser.steps"]))
             self.trained.append((directory.name, steps, "--resume" in arguments))
+            self.told[directory.name] = options.get("--poses-of")
             directory.mkdir(parents=True, exist_ok=True)
             (directory / "checkpoint.safetensors").touch()
             last = steps + round(float(str(options["--reframing-share"])) * steps)
@@ -128,6 +130,23 @@ def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Co
     assert _figures(tmp_path)["sofa"]["screened_iou"] == {}
 
 
+def test_a_first_training_finds_the_poses_that_the_model_is_told(
+    make: Callable[..., Commands], script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = script.Model("sofa", "sofa", candidates=("full-block",), steps=30)
+    taught = script.Model("sofa", "sofa", candidates=("subdivision",), preset="detailed", steps=70, first=first)
+    monkeypatch.setattr(script, "MODELS", (taught,))
+    commands = make("--only", "sofa")
+    assert commands.trained == [("first", 30, False), ("subdivision", 70, False)]
+    assert commands.told == {"first": None, "subdivision": tmp_path / "work/runs/sofa/first"}
+    figures, page = _figures(tmp_path)["sofa"], (tmp_path / "models/README.md").read_text()
+    assert "--preset sharp --optimiser.steps 30 --class sofa" in figures["first_command"]
+    assert figures["first_command"].endswith("--run FIRST")
+    assert figures["command"].endswith("--poses-of FIRST --run RUN")
+    assert f"{figures['first_command']}\n{figures['command']}\n" in page
+    assert not make("--only", "sofa").trained
+
+
 def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
     make("--only", "jar", "car-white-light")
     make("--only", "sofa")
@@ -146,7 +165,7 @@ def _figures(folder: Path) -> dict[str, Any]:
 
 
 def test_every_candidate_is_a_training_that_is_taken(script: ModuleType) -> None:
-    for model in script.MODELS:
+    for model in (*script.MODELS, *(model.first for model in script.MODELS if model.first)):
         for candidate in model.candidates:
             options = ["--preset", model.preset, *script.training_options(model, candidate)]
             command = tyro.cli(
@@ -164,3 +183,9 @@ def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType
         options = shlex.join(script.training_options(model, known[model.name]["parameterisation"]))
         told = f"--preset {model.preset} --optimiser.steps {model.steps} {options} --images"
         assert told in known[model.name]["command"], model.name
+        assert ("first_command" in known[model.name]) == bool(model.first)
+        if model.first:
+            (candidate,) = model.first.candidates
+            options = shlex.join(script.training_options(model.first, candidate))
+            told = f"--preset {model.first.preset} --optimiser.steps {model.first.steps} {options} --images"
+            assert told in known[model.name]["first_command"], model.name
