@@ -13,6 +13,7 @@ from rich.console import Console
 
 from tests.trainer.command_line import SMALL, answer
 from tests.trainer.new_model import HEIGHT, WIDTH, new_model, save_model
+from trainer.commands import teaching
 from trainer.commands.render import RenderCommand
 from trainer.commands.teaching import teacher_at, told_poses
 from trainer.data.images import ImageSet, load_image_folder
@@ -42,25 +43,44 @@ def pictures(folder: Path) -> ImageSet:
     return load_image_folder(folder, WIDTH, HEIGHT)
 
 
-def test_the_poses_are_those_that_the_teacher_sees(folder: Path, teacher: Path) -> None:
-    images, subject = pictures(folder), teacher_at(teacher)
-    seen = predict(subject, images.pictures).azimuths.numpy()
-    told = told_poses(images, folder, subject, False, QUIET)
-    np.testing.assert_allclose(told.azimuths, seen, atol=1e-6)
-    assert images.azimuths is not None
-    assert np.abs(images.azimuths - seen).max() > 0.1
-
-
-def test_of_mirrored_shapes_they_are_told_from_the_mirror(folder: Path, teacher: Path) -> None:
+def test_the_poses_are_those_that_the_teacher_sees_from_its_mirror(folder: Path, teacher: Path) -> None:
     """Objects whose frame is turned back by as much look the same."""
     images, subject = pictures(folder), teacher_at(teacher)
-    plain, told = (told_poses(images, folder, subject, mirrored, QUIET).azimuths for mirrored in (False, True))
-    assert plain is not None
-    assert told is not None
-    turn = mirror_plane(predict(subject, images.pictures).vertices.numpy(), subject.faces.numpy())
+    prediction = predict(subject, images.pictures)
+    turn = mirror_plane(prediction.vertices.numpy(), subject.faces.numpy())
     assert abs(turn) > 0.05
-    np.testing.assert_allclose(np.exp(1j * told), np.exp(1j * (plain + turn)), atol=1e-6)
-    assert np.abs(told).max() <= math.pi
+    told = told_poses(images, folder, subject, False, QUIET)
+    assert told.azimuths is not None
+    assert images.azimuths is not None
+    np.testing.assert_allclose(np.exp(1j * told.azimuths), np.exp(1j * (prediction.azimuths.numpy() + turn)), atol=1e-6)
+    assert np.abs(told.azimuths).max() <= math.pi
+    assert np.abs(np.exp(1j * told.azimuths) - np.exp(1j * images.azimuths)).max() > 0.1
+
+
+def test_what_stands_back_to_front_is_turned_round(
+    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images, subject = pictures(folder), teacher_at(teacher)
+    turned = np.arange(len(images)) % 3 == 1
+    monkeypatch.setattr(teaching, "back_to_front", lambda shapes, faces: turned)
+    found, alike = (told_poses(images, folder, subject, alike, QUIET).azimuths for alike in (False, True))
+    assert found is not None
+    assert alike is not None
+    np.testing.assert_allclose(np.exp(1j * alike), np.where(turned, -1, 1) * np.exp(1j * found), atol=1e-6)
+
+
+def test_fronts_are_settled_of_shapes_in_their_mirror(
+    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images, subject, seen = pictures(folder), teacher_at(teacher), []
+
+    def look(shapes: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        seen.append(mirror_plane(shapes, faces))
+        return np.zeros(len(shapes), np.bool_)
+
+    monkeypatch.setattr(teaching, "back_to_front", look)
+    told_poses(images, folder, subject, True, QUIET)
+    assert abs(seen[0]) < math.radians(2)
 
 
 def test_a_picture_that_the_teacher_cannot_use_is_named(folder: Path, teacher: Path) -> None:
@@ -78,18 +98,20 @@ def test_a_training_is_told_and_goes_on_so(
     own.symlink_to(folder)
     monkeypatch.chdir(teacher.parent)
     status, _, errors = answer(
-        capsys, "train", "--images", own, "--run", tmp_path / "run", "--poses-of", teacher.name, "--class", "car",
-        "--model.symmetry", "mirror", "--optimiser.steps", "2", "--reframing-share", "0", *SMALL, *OPTIONS,
+        capsys, "train", "--images", own, "--run", tmp_path / "run", "--poses-of", teacher.name, "--fronts", "alike",
+        "--class", "car", "--model.symmetry", "mirror", "--optimiser.steps", "2", "--reframing-share", "0",
+        *SMALL, *OPTIONS,
     )  # fmt: skip
-    assert (status, "told the poses that a former training finds, mirrored in" in errors) == (0, True), errors
+    assert (status, "told the poses that a former training finds" in errors) == (0, True), errors
+    assert "of 8 objects are turned round" in errors
     monkeypatch.chdir("/")
     status, _, errors = answer(
         capsys, "train", "--run", tmp_path / "run", "--resume", "--optimiser.steps", "3", "--reframing-share", "0"
     )
-    assert (status, "told the poses" in errors) == (0, True), errors
+    assert (status, "told the poses" in errors, "turned round" in errors) == (0, True, True), errors
     run = load_checkpoint(tmp_path / "run")
     assert (run.step, run.config.loss.pose_supervision) == (3, "azimuth")
-    assert run.run["poses_of"] == str(teacher)
+    assert (run.run["poses_of"], run.run["fronts"]) == (str(teacher), "alike")
 
 
 def test_it_differs_from_one_that_is_told_the_truth(
@@ -116,6 +138,13 @@ def test_only_pictures_in_a_folder_are_told_of(
     assert not (tmp_path / "run").exists()
 
 
+def test_fronts_are_turned_only_of_poses_that_are_told(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, _, errors = answer(capsys, "train", "--images", folder, "--run", tmp_path / "run", "--fronts", "alike")
+    assert (status, "only beside --poses-of RUN" in errors) == (2, True), errors
+
+
 def test_no_teacher_is_an_error_that_says_so(tmp_path: Path) -> None:
     with pytest.raises(CheckpointError, match="nowhere"):
         teacher_at(tmp_path / "nowhere")
@@ -123,7 +152,7 @@ def test_no_teacher_is_an_error_that_says_so(tmp_path: Path) -> None:
 
 def test_a_bundle_can_teach(folder: Path) -> None:
     images = pictures(folder)
-    told = told_poses(images, folder, teacher_at(Path(__file__).parents[2] / "models" / "car"), True, QUIET)
+    told = told_poses(images, folder, teacher_at(Path(__file__).parents[2] / "models" / "car"), False, QUIET)
     with (folder / "metadata.csv").open() as lines:
         truth = {row["file_name"]: math.radians(float(row["azimuth_degrees"])) for row in csv.DictReader(lines)}
     assert told.azimuths is not None

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import torch
 import tyro
@@ -54,9 +54,12 @@ class TrainCommand:
     """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded. --resume
     remembers both."""
     poses_of: Path | None = None
-    """Run directory or bundle of a former training on the same --images: this one is told the poses that that one finds
-    in them, and of shapes that are to be mirrored where their mirror lies. Sets --loss.pose-supervision azimuth.
-    --resume remembers it."""
+    """Run directory or bundle of a former training on the same --images: this one is told the poses that it finds in
+    them, such that the mirror of --model.symmetry lies where its shapes are most nearly their own mirror images. Sets
+    --loss.pose-supervision azimuth. --resume remembers it."""
+    fronts: Literal["found", "alike"] = "found"
+    """What --poses-of tells: poses as they are found, or turned by half a turn where an object is then more like the
+    others (where some kinds of a class are learnt backwards, as airplanes). --resume remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = DEFAULT
@@ -101,7 +104,8 @@ class TrainCommand:
             at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
             poses = Path(before.run["poses_of"]) if "poses_of" in before.run else None
             options: dict[str, Any] = {"starts": starts, "fresh": fresh, "config": before.config}
-            return cls(images, required, shards, at_once, poses, category=before.category, **options)
+            fronts = before.run.get("fronts", cls.fronts)
+            return cls(images, required, shards, at_once, poses, fronts, category=before.category, **options)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
@@ -132,9 +136,9 @@ class TrainCommand:
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
             if self.poses_of is not None:
-                teacher, mirrored = teacher_at(self.poses_of), self.config.model.symmetry == "mirror"
-                source = told_poses(source, self.images, teacher, mirrored, console)
-                provenance["poses_of"] = str(self.poses_of.resolve())
+                teacher = teacher_at(self.poses_of)
+                source = told_poses(source, self.images, teacher, self.fronts == "alike", console)
+                provenance |= {"poses_of": str(self.poses_of.resolve()), "fronts": self.fronts}
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
         elif self.shards is not None:
@@ -270,7 +274,7 @@ class TrainCommand:
         return drawn_scene(self.fresh, self.config.height, self.config.height)
 
     def _category(self) -> str:
-        """Raises ConfigError where no pictures are named, two kinds of them, or poses of any but a folder's."""
+        """Raises ConfigError where no pictures are named, two kinds of them, or poses are told of what has none."""
         folders = [folder for folder in (self.images, self.shards, self.fresh.meshes, self.fresh.shapenet) if folder]
         if len(folders) > 1 or not (folders or self.category):
             raise ConfigError(
@@ -279,6 +283,8 @@ class TrainCommand:
             )
         if self.poses_of is not None and self.images is None:
             raise ConfigError("Expected --poses-of only beside --images DIR, found other pictures. Leave it away.")
+        if self.fronts != TrainCommand.fronts and self.poses_of is None:
+            raise ConfigError(f"Expected --fronts {self.fronts} only beside --poses-of RUN, found none. Leave it away.")
         return self.category or Path(folders[0]).resolve().name
 
 
