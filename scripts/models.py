@@ -117,8 +117,8 @@ EITHER_WAY = {
     name: finer(Model(name, name, preset="detailed", steps=4500, options=(*EARLY, *SEEDS.get(name, ()))))
     for name in ("bathtub", "jar", "pot")
 }
-# Wings may be before or behind the middle: a first training, whose views are moved, finds poses, those of some kinds back
-# to front. The second is told them, turned round where shapes are then alike, and has its mirror where it belongs.
+# Wings may be before or behind the middle: a first training, whose views are moved, finds poses, those of some kinds
+# back to front. The second is told them, turned round where shapes are then alike, and has its mirror where it belongs.
 POSES = Model("airplane", "airplane", candidates=("subdivision",), steps=2400, options=("--loss.moved-steps", "1500"))
 AIRPLANE = finer(
     Model("airplane", "airplane", preset="detailed", steps=4500, options=(*EARLY, "--fronts", "alike"), first=POSES)
