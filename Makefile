@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-samples bench-symmetry bench-training fuzz
+	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-samples bench-symmetry bench-fronts bench-training fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -111,6 +111,9 @@ bench-cutouts: install  ## what it costs accuracy that an object had to be cut o
 
 bench-symmetry: install  ## which turns the posteriors of poses do not tell apart, beside the objects' own symmetry (docs/results/symmetry.json; about 3 minutes)
 	$(BIN)/python -m benchmarks.symmetry $(if $(wildcard $(MESHES)),--real-meshes $(MESHES))
+
+bench-fronts: install  ## which objects stand back to front, by what makes shapes most alike, and whether they do (docs/results/fronts.json; about 8 minutes)
+	$(BIN)/python -m benchmarks.fronts
 
 bench-samples: install  ## whether samples look like what a model makes of pictures, from the prior and as they are served (docs/results/samples.json; about 3 minutes)
 	$(BIN)/python -m benchmarks.samples
