@@ -85,7 +85,7 @@ def finer(model: Model) -> Model:
     return replace(model, candidates=("subdivision",), options=(*model.options, "--model.segments", "6"))
 
 
-# Cars in other lights are made as they are in the usual one.
+# Cars in other lights are made of what suits them in the usual one.
 CARS = ("subdivision",)
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY = ("--loss.kl-cooling-steps", "100")

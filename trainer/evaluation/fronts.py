@@ -5,10 +5,13 @@ alike as they stand, and pairs of two when one is turned; the leading eigenvecto
 it (Singer, Angular synchronization by eigenvectors and semidefinite programming, 2011).
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from jaxtyping import Bool, Float, Integer
 from numpy import ndarray
 
+from trainer.evaluation.pictures import threads
 from trainer.evaluation.voxels import RESOLUTION, occupy
 
 MOST_REFERENCES = 400
@@ -40,7 +43,8 @@ def back_to_front(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"
 
 def _solids(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"]) -> Float[ndarray, "N R R R"]:
     """Occupancies, of unit length as vectors."""
-    full = np.stack([occupy(vertices, faces).full for vertices in shapes]).astype(np.float32)
+    with ThreadPoolExecutor(threads()) as pool:
+        full = np.stack(list(pool.map(lambda vertices: occupy(vertices, faces).full, shapes))).astype(np.float32)
     full /= np.sqrt(np.maximum(full.sum((1, 2, 3), keepdims=True), 1))
     return full
 
