@@ -59,7 +59,7 @@ class TrainCommand:
     --loss.pose-supervision azimuth. --resume remembers it."""
     fronts: Literal["found", "alike"] = "found"
     """What --poses-of tells: poses as they are found, or turned by half a turn where an object is then more like the
-    others (where some kinds of a class are learnt backwards, as airplanes), which takes three minutes of a core for 4000
+    others (where some kinds of a class are learnt backwards, as airplanes). That takes three minutes of a core for 4000
     pictures. --resume remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
