@@ -6,7 +6,7 @@ from typing import Any
 PAGE = (
     "# The models",
     "",
-    "Made by `scripts/models.py` (`make models`), and each alone by its command below, or by two of them: where one has",
+    "Made by `scripts/models.py` (`make models`), and each alone by its command below, or by two: where one has",
     "`--run FIRST`, the next is told the poses that it finds. IoU at 32³; median azimuth error, and share of",
     "azimuths within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the",
     "class's mean shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes,",
