@@ -14,8 +14,9 @@ from rich.console import Console
 from tests.trainer.command_line import SMALL, answer
 from tests.trainer.new_model import HEIGHT, WIDTH, new_model, save_model
 from trainer.commands import teaching
+from trainer.commands import train as train_command
 from trainer.commands.render import RenderCommand
-from trainer.commands.teaching import teacher_at, told_poses
+from trainer.commands.teaching import POSES_FILE, kept_poses, teacher_at, told_poses
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.errors import CheckpointError, DataError
 from trainer.evaluation.mirror_plane import mirror_plane
@@ -105,13 +106,39 @@ def test_a_training_is_told_and_goes_on_so(
     assert (status, "told the poses that a former training finds" in errors) == (0, True), errors
     assert "of 8 objects are turned round" in errors
     monkeypatch.chdir("/")
-    status, _, errors = answer(
-        capsys, "train", "--run", tmp_path / "run", "--resume", "--optimiser.steps", "3", "--reframing-share", "0"
-    )
-    assert (status, "told the poses" in errors, "turned round" in errors) == (0, True, True), errors
+    told: list[ImageSet] = []
+    monkeypatch.setattr(train_command, "kept_poses", lambda *given: told.append(kept_poses(*given)) or told[0])
+    # Its teacher is needed no more: another one may stand in its place by then.
+    monkeypatch.setattr(train_command, "teacher_at", lambda path: pytest.fail("asked again"))
+    again = ["--run", tmp_path / "run", "--resume", "--optimiser.steps", "3", "--reframing-share", "0"]
+    status, _, errors = answer(capsys, "train", *again)
+    assert status == 0, errors
+    expected = told_poses(pictures(folder), folder, teacher_at(teacher), True, QUIET).azimuths
+    np.testing.assert_array_equal(told[0].azimuths, expected)
+    for option in (["--fronts", "found"], ["--poses-of", tmp_path / "another"]):
+        status, _, errors = answer(capsys, "train", *again, *option)
+        assert (status, "Leave both away" in errors) == (2, True), errors
     run = load_checkpoint(tmp_path / "run")
     assert (run.step, run.config.loss.pose_supervision) == (3, "azimuth")
     assert (run.run["poses_of"], run.run["fronts"]) == (str(teacher), "alike")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (None, "No such file"),
+        ("car/a.png,much\n", "much"),
+        ("", "not enough values"),
+        ("car/a.png,0.5\n", "of others, 1"),
+    ],
+)
+def test_poses_that_are_not_those_of_the_pictures_are_refused(
+    folder: Path, tmp_path: Path, text: str | None, found: str
+) -> None:
+    if text is not None:
+        (tmp_path / POSES_FILE).write_text(text)
+    with pytest.raises(DataError, match=found):
+        kept_poses(pictures(folder), tmp_path)
 
 
 def test_it_differs_from_one_that_is_told_the_truth(

@@ -1,5 +1,7 @@
 """Poses that a former training found, for another one that is told them."""
 
+import csv
+import io
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +11,7 @@ from rich.console import Console
 
 from trainer.data.images import ImageSet
 from trainer.data.picture import rotation_about_y
+from trainer.data.writing import write_bytes
 from trainer.errors import DataError
 from trainer.evaluation.bundle import MANIFEST_FILE, from_bundle
 from trainer.evaluation.fronts import back_to_front
@@ -16,6 +19,9 @@ from trainer.evaluation.mirror_plane import mirror_plane
 from trainer.evaluation.pictures import load_as_seen
 from trainer.evaluation.subject import Subject, from_checkpoint, predict
 from trainer.training.checkpoint import load_checkpoint
+
+POSES_FILE = "poses.csv"
+"""In a run directory: what its training was told, radians. A training that is resumed needs its teacher no more."""
 
 
 def teacher_at(path: Path) -> Subject:
@@ -52,3 +58,32 @@ def told_poses(images: ImageSet, folder: Path, teacher: Subject, alike: bool, co
             f"--poses-of cannot use, the first {lacking[0]}. Leave them away."
         )
     return replace(images, azimuths=np.array([told[name] for name in images.names]))
+
+
+def keep_poses(images: ImageSet, run_directory: Path) -> None:
+    """Stores what a training is told, for those that go on with it."""
+    assert images.azimuths is not None
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(zip(images.names, images.azimuths.tolist(), strict=True))
+    write_bytes(run_directory / POSES_FILE, text.getvalue().encode())
+
+
+def kept_poses(images: ImageSet, run_directory: Path) -> ImageSet:
+    """The pictures with the azimuths that their training has been told from its beginning.
+
+    Raises DataError where they are not there, or are not those of these pictures.
+    """
+    path = run_directory / POSES_FILE
+    try:
+        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
+        names, azimuths = zip(*((name, float(azimuth)) for name, azimuth in rows), strict=True)
+    except (OSError, ValueError) as error:
+        raise DataError(
+            f"{path}: expected the poses that this training is told, found {error}. Begin it anew, with --poses-of."
+        ) from error
+    if names != images.names:
+        raise DataError(
+            f"{path}: expected the poses of the {len(images)} pictures that are trained on, found those of others, "
+            f"{len(names)}. Name the same pictures with --images, or begin anew."
+        )
+    return replace(images, azimuths=np.array(azimuths))

@@ -12,7 +12,7 @@ from trainer import processes
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.commands.progress import progress_of
-from trainer.commands.teaching import teacher_at, told_poses
+from trainer.commands.teaching import keep_poses, kept_poses, teacher_at, told_poses
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
@@ -137,8 +137,7 @@ class TrainCommand:
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
             if self.poses_of is not None:
-                teacher = teacher_at(self.poses_of)
-                source = told_poses(source, self.images, teacher, self.fronts == "alike", console)
+                source = self._told(source, self.images, console)
                 provenance |= {"poses_of": str(self.poses_of.resolve()), "fronts": self.fronts}
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
@@ -222,6 +221,25 @@ class TrainCommand:
         images = load_image_folder(folder, config.width, config.height, self._scene_of(folder), config.zoom)
         self._check_lights(folder, images.scene)
         return images
+
+    def _told(self, images: ImageSet, folder: Path, console: Console) -> ImageSet:
+        """The pictures with the poses that are told; of a training that is resumed, those that it was told before.
+
+        Raises ConfigError where other ones are asked for then.
+        """
+        assert self.poses_of is not None
+        if not self.resume:
+            told = told_poses(images, folder, teacher_at(self.poses_of), self.fronts == "alike", console)
+            if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
+                keep_poses(told, self.run_directory)
+            return told
+        before = begun(self.run_directory)[0].run
+        if (before.get("poses_of"), before.get("fronts")) != (str(self.poses_of.resolve()), self.fronts):
+            raise ConfigError(
+                f"Expected a training that is resumed to be told what it was told before, by {before.get('poses_of')}, "
+                f"found --poses-of {self.poses_of} --fronts {self.fronts}. Leave both away."
+            )
+        return kept_poses(images, self.run_directory)
 
     def _stream(self, folder: Path) -> ShardPictures:
         """The same for shards."""
