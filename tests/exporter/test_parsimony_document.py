@@ -47,10 +47,12 @@ def bytes_as_shipped(name: str) -> int:
 
 @pytest.mark.parametrize("name", sorted(MODELS))
 def test_the_bytes_are_those_of_the_bundle(name: str) -> None:
-    weights = sum((ROOT / "models" / name / file).stat().st_size for file in ("encoder.onnx", "decoder.onnx"))
+    bundle = ROOT / "models" / name
+    weights = sum((bundle / file).stat().st_size for file in ("encoder.onnx", "decoder.onnx"))
     told = bytes_as_shipped(name)
-    # Manifest and probe are the rest.
-    assert weights < told < weights + 60_000
+    # Manifest and probe are the rest; the manifest may have been written anew.
+    assert weights < told
+    assert abs(told - sum(file.stat().st_size for file in bundle.iterdir())) < 20_000
 
 
 def test_what_the_page_says_of_all_models() -> None:
