@@ -46,7 +46,7 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 	rm -rf out/demo
 	$(BIN)/python scripts/demo.py --output out/demo
 
-models: install  ## train, choose, judge and export all models that ship (models; two to three hours, goes on where it was)
+models: install  ## train, choose, judge and export all models that ship (models; some seven hours, goes on where it was)
 	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
 
 # Processes share the tests, each with one thread for torch: tensors are small, and two threads take longer than one.
@@ -135,7 +135,7 @@ BUDGET ?= full
 frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full one to two hours of a core)
 	$(BIN)/python -m trainer frontier --budget $(BUDGET)
 
-stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; one to two hours)
+stability: install  ## where models, trainings and the rasteriser break, and whether they warn (docs/stability.md; about an hour)
 	$(BIN)/python -m trainer render --class car --seed 1 --instances 200 --output out/stability/calibration
 	$(BIN)/python -m exporter --bundle models/car --images out/stability/calibration --precision int8 --output out/stability/car-int8
 	$(BIN)/python -m trainer stability --budget full --page docs/stability.template.md \
@@ -144,4 +144,4 @@ stability: install  ## where models, trainings and the rasteriser break, and whe
 	cp out/stability/full/stability.md docs/
 	cp out/stability/full/stability-*.png docs/images/
 
-bench: bench-render bench-service bench-training  ## all benchmarks
+bench: bench-render bench-service bench-training  ## renderer, service and trainings; the others by name

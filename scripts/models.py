@@ -3,8 +3,8 @@
     WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
     WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened; one that
                                     finds the poses that the model is told, in first
-    OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and samples
-    OUTPUT/figures.json, README.md  what each model reaches, and the command that trained it
+    OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and of what is invented
+    OUTPUT/figures.json, README.md  what each model reaches, and the commands that made it
     WORK/pictures/rivals/<class>/   what all bundles of OUTPUT are shown, to fit how strictly `auto` judges each
 
 Candidates are trained for a while and compared on validation pictures, and the best is trained anew, to the end; test
@@ -22,9 +22,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import torch
 from command import run
+from invented_sheets import write_invented
 from models_page import page
-from samples_sheet import write_samples
 from shipped import MODELS, Model
 
 from trainer.commands.train import TrainCommand
@@ -140,9 +141,13 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
 def render(workshop: Workshop, model: Model) -> None:
     parts = (("train", workshop.pictures), ("validation", VALIDATION_OBJECTS), ("test", TEST_OBJECTS))
     for seed, (part, count) in enumerate(parts):
-        lights = ["--rig", model.rig, *(["--rotate-lights"] if model.rotate_lights else [])]
-        run("trainer", "render", "--class", model.category, "--seed", seed, "--instances", count,
-            "--output", workshop.pictures_of(model, part), *lights, quiet=True)  # fmt: skip
+        run("trainer", "render", *render_options(model, seed, count), "--output", workshop.pictures_of(model, part),
+            quiet=True)  # fmt: skip
+
+
+def render_options(model: Model, seed: int, count: int) -> list[str]:
+    lights = ["--rig", model.rig, *(["--rotate-lights"] if model.rotate_lights else [])]
+    return ["--class", model.category, "--seed", str(seed), "--instances", str(count), *lights]
 
 
 def find_poses(workshop: Workshop, model: Model) -> list[object]:
@@ -197,16 +202,12 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
         "--images", validation, "--samples-from", workshop.pictures_of(model, "train"),
         "--precision", model.precision, quiet=True)  # fmt: skip
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
-    write_samples(bundle, bundle.with_name(f"{model.name}-samples.png"))
-    first = {}
-    if model.first:
-        first["first_command"] = command_of(workshop, model.first, model.first.candidates[0], "--run", "FIRST")
-    told = ["--poses-of", "FIRST"] if model.first else []
+    write_invented(bundle, *(bundle.with_name(f"{model.name}-{sheet}.png") for sheet in ("samples", "between")))
+    pictures = render_options(model, 0, workshop.pictures)
     figures: dict[str, Any] = {
-        **first,
-        "command": command_of(workshop, model, chosen, *told, "--run", "RUN"),
+        "pictures": shlex.join(["python", "-m", "trainer", "render", *pictures, "--output", "PICTURES"]),
+        "trainings": trainings_of(workshop, model, chosen),
         "parameterisation": chosen,
-        "training_seconds": progress(directory)["seconds"],
         "bundle_bytes": bytes_of(bundle),
         "test": {name: test[name] for name in FIGURES},
     }
@@ -214,6 +215,19 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
         real = judge(directory, "real", validation, "--meshes", real_meshes)
         figures["real_meshes"] = {name: real[name] for name in FIGURES}
     return figures
+
+
+def trainings_of(workshop: Workshop, model: Model, chosen: str) -> list[dict[str, Any]]:
+    """Command, seconds and place of the training, after those of the one that found its poses, if any did."""
+    device = "GPU" if torch.cuda.is_available() else "core"
+    trainings = []
+    if model.first:
+        command = command_of(workshop, model.first, model.first.candidates[0], "--run", "FIRST")
+        trainings.append((command, workshop.run_directory(model, "first")))
+    told = ["--poses-of", "FIRST"] if model.first else []
+    command = command_of(workshop, model, chosen, *told, "--run", "RUN")
+    trainings.append((command, workshop.run_directory(model, chosen)))
+    return [{"command": one, "seconds": progress(run)["seconds"], "on": device} for one, run in trainings]
 
 
 def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> str:

@@ -6,11 +6,11 @@ from typing import Any
 PAGE = (
     "# The models",
     "",
-    "Made by `scripts/models.py` (`make models`), and each alone by its command below, or by two: where one has",
-    "`--run FIRST`, the next is told the poses that it finds. IoU at 32³; median azimuth error, and share of",
-    "azimuths within 30°, both up to the object's own symmetry. Beside them the guesses that are to be beaten: the",
-    "class's mean shape, and the nearest neighbour of the picture. On unseen procedural objects, and on real meshes,",
-    "which only serve as a test.",
+    "Made by `scripts/models.py` (`make models`), and each alone by its commands below: where one has `--run FIRST`,",
+    "the next is told the poses that it finds. IoU at 32³; median azimuth error, and share of azimuths within 30°, both",
+    "up to the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean shape, and the",
+    "nearest neighbour of the picture. On unseen procedural objects, and on real meshes, which only serve as a test.",
+    "Minutes of training are those of one core, or of a GPU, that others used, too.",
     "",
 )
 
@@ -18,18 +18,22 @@ PAGE = (
 def page(models: Mapping[str, Mapping[str, Any]], folders: Mapping[str, str]) -> str:
     """Markdown of the figures of `models`; `folders` has those whose pictures are not beside the page, and where."""
     titles = ["IoU", "mean", "nearest", "error", "within 30°"]
-    columns = ["model", "shape", *titles, *(f"real: {title}" for title in titles), "kB"]
+    columns = ["model", "shape", *titles, *(f"real: {title}" for title in titles), "kB", "minutes"]
     lines = [*PAGE, f"| {' | '.join(columns)} |", f"|{'---|' * len(columns)}"]
     for model, one in models.items():
         real = _row(one["real_meshes"]) if "real_meshes" in one else ["–"] * 5
         cells = [model, one["parameterisation"], *_row(one["test"]), *real, f"{one['bundle_bytes'] / 1000:.0f}"]
+        cells.append(" + ".join(f"{round(run['seconds'] / 60)} ({run['on']})" for run in one["trainings"]))
         lines.append(f"| {' | '.join(cells)} |")
-    commands = (one[name] for one in models.values() for name in ("first_command", "command") if name in one)
-    lines += ["", "```sh", *commands, "```"]
+    made = []
+    for model, one in models.items():
+        made += ["", f"# {model}", one["pictures"], *(run["command"] for run in one["trainings"])]
+    lines += ["", "```sh", *made[1:], "```"]
     for model in models:
         folder = folders.get(model, "")
-        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; and objects that it invents", ""]
+        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; objects that it invents, and what is between them", ""]
         lines += [f"![Reconstructions]({folder}{model}.png) ![Samples]({folder}{model}-samples.png)"]
+        lines += [f"![Between samples]({folder}{model}-between.png)"]
     return "\n".join([*lines, ""])
 
 
