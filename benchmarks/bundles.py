@@ -34,19 +34,18 @@ def measure_bundles(
     measured: Callable[[Path, argparse.Namespace], dict[str, Any]],
     **settings: object,
 ) -> None:
-    """Writes what is measured of each bundle, beside the machine, the command and the settings, as soon as it is."""
-    results: dict[str, Any] = {
-        "machine": machine(),
-        "command": shlex.join(["python", "-m", module, *sys.argv[1:]]),
-        **settings,
-    }
-    # Models that are in it and not looked at stay.
+    """Writes the settings, and what is measured of each bundle, with the machine and the command, as soon as it is.
+
+    Models that are in the file and not looked at stay.
+    """
+    origin = {"machine": machine(), "command": shlex.join(["python", "-m", module, *sys.argv[1:]])}
     output: Path = arguments.output
+    results: dict[str, Any] = dict(settings)
     results["models"] = json.loads(output.read_text())["models"] if output.exists() else {}
     for manifest in sorted(arguments.models.glob("*/manifest.json")):
         name = manifest.parent.name
         if arguments.only is None or name in arguments.only:
-            results["models"][name] = measured(manifest.parent, arguments)
+            results["models"][name] = {**origin, **measured(manifest.parent, arguments)}
             results["models"] = dict(sorted(results["models"].items()))
             output.write_text(json.dumps(results, indent=2) + "\n")
             print(name, json.dumps(results["models"][name]), flush=True)

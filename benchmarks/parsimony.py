@@ -72,12 +72,14 @@ def main() -> None:
         if lowered := read_bundle(options.models / name).manifest.precision:
             print(f"{name}: left out, since its bundle is in {lowered.encoder}; what was found of it stays")
             continue
-        known[name] = look_at(options, options.models / name)
-        report = {
+        origin = {
             "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "machine": machine(),
             "versions": versions(),
             "command": shlex.join(["python", "-m", "benchmarks.parsimony", *sys.argv[1:]]),
+        }
+        known[name] = {**origin, **look_at(options, options.models / name)}
+        report = {
             "objects": options.objects,
             "runs": options.runs,
             "models": dict(sorted(known.items())),
