@@ -7,8 +7,8 @@ PAGE = (
     "# The models",
     "",
     "Made by `scripts/models.py` (`make models`), and each alone by its commands below: where one has `--run FIRST`,",
-    "the next is told the poses that it finds. IoU at 32³; median azimuth error, and share of azimuths within 30°, both",
-    "up to the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean shape, and the",
+    "the next is told the poses that it finds. IoU at 32³; median azimuth error, and share of azimuths within 30°,",
+    "both up to the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean shape, and the",
     "nearest neighbour of the picture. On unseen procedural objects, and on real meshes, which only serve as a test.",
     "Minutes of training are those of one core, or of a GPU, that others used, too.",
     "",
@@ -31,7 +31,8 @@ def page(models: Mapping[str, Mapping[str, Any]], folders: Mapping[str, str]) ->
     lines += ["", "```sh", *made[1:], "```"]
     for model in models:
         folder = folders.get(model, "")
-        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; objects that it invents, and what is between them", ""]
+        lines += ["", f"**{model}**: unseen pictures and what the model makes of them; objects that it invents, and"]
+        lines += ["what is between them", ""]
         lines += [f"![Reconstructions]({folder}{model}.png) ![Samples]({folder}{model}-samples.png)"]
         lines += [f"![Between samples]({folder}{model}-between.png)"]
     return "\n".join([*lines, ""])

@@ -135,8 +135,8 @@ def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Co
 def test_a_first_training_finds_the_poses_that_the_model_is_told(
     make: Callable[..., Commands], script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = script.Model("sofa", "sofa", candidates=("full-block",), steps=30)
-    taught = script.Model("sofa", "sofa", candidates=("subdivision",), preset="detailed", steps=70, first=first)
+    first = script.Model("sofa", "sofa", "sharp", 30, candidates=("full-block",))
+    taught = script.Model("sofa", "sofa", "detailed", 70, first=first)
     monkeypatch.setattr(script, "MODELS", (taught,))
     commands = make("--only", "sofa")
     assert commands.trained == [("first", 30, False), ("subdivision", 70, False)]
