@@ -10,7 +10,7 @@ from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
 from trainer.model.encoder import Encoder
-from trainer.model.posterior import Posterior, PosteriorHeads, pooled_over_views
+from trainer.model.posterior import Posterior, PosteriorHeads
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
 BASE_CUBE_SIDE = 0.4
@@ -40,10 +40,6 @@ class Model(nn.Module):
         """Q for pictures in linear RGB, 0..1, on black."""
         posterior: Posterior = self.heads(self.encoder(images))
         return posterior
-
-    def encode_views(self, images: Float[Tensor, "B N 3 H W"]) -> Posterior:
-        """Q for N pictures of each of B objects, a row a picture; the N rows of an object have its shape in common."""
-        return pooled_over_views(self.encode(images.flatten(0, 1)), images.shape[1])
 
     def decode(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""

@@ -17,10 +17,11 @@ from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
 from trainer.data.shapes.catalogue import make_shape
 from trainer.evaluation.metrics import fit_azimuth_offset, iou
+from trainer.evaluation.subject import answer, from_checkpoint
 from trainer.evaluation.voxels import occupy
 from trainer.model.posterior import most_probable_azimuth, most_probable_light
 from trainer.model.vae import Model
-from trainer.training.checkpoint import load_checkpoint
+from trainer.training.checkpoint import Checkpoint, load_checkpoint
 
 WIDTH, HEIGHT, VIEWS = 32, 24, 3
 COLOUR, WHITE = SceneConfig(WIDTH, HEIGHT), SceneConfig(WIDTH, HEIGHT, lights=WHITE_RIG, ambient=WHITE_AMBIENT)
@@ -148,13 +149,14 @@ def test_views_of_an_object_are_found_together_at_test_time(folder_of: Callable[
     torch.manual_seed(0)
     model = Model(replace(ModelConfig(), latent=5), WIDTH, HEIGHT).eval()
     views = images.batch(np.arange(4 * VIEWS))
+    checkpoint = Checkpoint(TrainConfig(), SceneConfig(), "car", 0, model, {}, {"seconds": 0.0})
+    subject = from_checkpoint(checkpoint)
+    together, alone = answer(subject, views, VIEWS), answer(subject, views, 1)
     with torch.no_grad():
-        together, alone = model.encode_views(views.unflatten(0, (4, VIEWS))), model.encode(views)
-    largest = alone.shape_mean.reshape(4, VIEWS, 5).numpy().max(1)
-    np.testing.assert_allclose(together.shape_mean.reshape(4, VIEWS, 5), np.repeat(largest[:, None], VIEWS, 1))
-    deviation = alone.shape_deviation.reshape(4, VIEWS, 5).numpy().max(1)
-    np.testing.assert_allclose(together.shape_deviation[::VIEWS], deviation)
-    assert torch.equal(together.azimuth_logits, alone.azimuth_logits)
+        codes = model.encode(views).shape_mean.reshape(4, VIEWS, 5).amax(1)
+        torch.testing.assert_close(together.vertices[::VIEWS], model.decode(codes))
+    assert torch.equal(together.vertices[::VIEWS], together.vertices[1::VIEWS])
+    assert torch.equal(together.azimuths, alone.azimuths)
 
 
 def test_blocks_and_turned_lights_resume_exactly(folder_of: Callable[[Setting], ImageSet], tmp_path: Path) -> None:
