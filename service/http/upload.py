@@ -17,7 +17,7 @@ MOST_PICTURES: Final = 16
 MOST_HYPOTHESES: Final = 360
 MOST_ITERATIONS: Final = 50
 
-_FIELDS: Final = ("image", "category", "hypotheses", "refine", "blocks")
+FIELDS: Final = ("image", "category", "hypotheses", "refine", "blocks")
 _ADVICE: Final = "send multipart/form-data with a file named image, as in: curl -F image=@car.png"
 
 
@@ -50,7 +50,7 @@ async def read_upload(request: Request, limit: int) -> Upload:
             f"expected multipart/form-data, found {found}; {_ADVICE}",
         )
     parser = MultiPartParser(
-        request.headers, request.stream(), max_files=MOST_PICTURES, max_fields=len(_FIELDS) - 1, max_part_size=1024
+        request.headers, request.stream(), max_files=MOST_PICTURES, max_fields=len(FIELDS) - 1, max_part_size=1024
     )
     # Parts spill over to a file from this size on: with the body's own limit, never.
     parser.spool_max_size = limit + 1
@@ -63,9 +63,9 @@ async def read_upload(request: Request, limit: int) -> Upload:
     except UnicodeError as error:
         raise _invalid(f"expected field names and a category in UTF-8, found: {error}") from None
     try:
-        unknown = sorted(set(form) - set(_FIELDS))
+        unknown = sorted(set(form) - set(FIELDS))
         if unknown:
-            raise _invalid(f"expected no fields but {', '.join(_FIELDS)}, found {', '.join(unknown)[:80]}")
+            raise _invalid(f"expected no fields but {', '.join(FIELDS)}, found {', '.join(unknown)[:80]}")
         images = [await file.read() for file in _files(form)]
         hypotheses = _number(_text(form, "hypotheses"), "hypotheses", 1, MOST_HYPOTHESES, 3)
         refine = _number(_text(form, "refine"), "refine", 0, MOST_ITERATIONS, 0)
