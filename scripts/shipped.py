@@ -31,20 +31,16 @@ class Model:
 
 
 CLOSER: Final = ("--width", "96", "--height", "72")
-# 218 vertices instead of 98, or 386: a coarser mesh makes a hollow with one vertex, and that a spike.
+# 218 vertices instead of 98: a coarser mesh makes a hollow with one vertex, and that a spike.
 FINER: Final = ("--model.segments", "6")
-FINEST: Final = ("--model.segments", "8")
-# Where hardly anything tells front from back, or poses are told, shapes need not wait for poses.
+# Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY: Final = ("--loss.kl-cooling-steps", "100")
 
 
 def told(first: Model, *options: str) -> Model:
     """A second training, told the poses that the first one finds: its mirror lies where it belongs, and a code that
     comes alive early turns no shapes round. In float16, to stay below 4 MB."""
-    return replace(
-        first, preset="detailed", steps=4500, options=(*EARLY, *CLOSER, *FINEST, *options), precision="float16",
-        first=first,
-    )  # fmt: skip
+    return replace(first, preset="told", steps=4500, options=options, precision="float16", first=first)
 
 
 # Benches, jars, lamps, pots, sofas, tables, airplanes' second training, rifles' and vessels' first ones, and cars but

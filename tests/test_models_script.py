@@ -174,7 +174,7 @@ def test_every_candidate_is_a_training_that_is_taken(script: ModuleType) -> None
             command = tyro.cli(
                 TrainCommand,
                 args=["--images", "pictures", "--run", "run", *options],
-                default=TrainCommand.default(options),
+                default=TrainCommand.default(["train", *options]),
             )
             assert command.config.model.parameterisation == candidate
             check_settings(command.config)

@@ -1,6 +1,7 @@
 """The bundles in models/ are whole, small, and what their page says of them."""
 
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -8,12 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tyro
 from PIL import Image
 
 from service.bundle import read_bundle
 from service.catalogue import read_catalogue
 from service.inference import decode, load_engine, sample_shape_code
+from trainer.commands.train import TrainCommand
+from trainer.config import TrainConfig
 from trainer.data.shapes.catalogue import CATEGORIES
+from trainer.mapping import from_mapping
 
 MODELS = Path(__file__).parents[1] / "models"
 LIGHTS = MODELS.with_name("models-light")
@@ -39,6 +44,15 @@ def test_a_bundle_works_and_has_the_figures_that_are_published(bundle: Path) -> 
     surface = decode(engine, sample_shape_code(0, manifest.latent))
     assert 0.3 < abs(surface.vertices).max() < 1.0
     assert '": "/' not in (bundle / "manifest.json").read_text()
+
+
+@pytest.mark.parametrize("bundle", BUNDLES + IN_OTHER_LIGHTS, ids=lambda bundle: bundle.name)
+def test_the_command_that_is_published_is_the_training_s(bundle: Path) -> None:
+    told = read_bundle(bundle).manifest.training["config"]
+    _, _, _, *options = shlex.split(FIGURES[bundle.name]["trainings"][-1]["command"])
+    command = tyro.cli(TrainCommand, args=options[1:], default=TrainCommand.default(options))
+    # What trainings of before could not ask for yet is off.
+    assert from_mapping(TrainConfig, told, bundle.name) == command.config
 
 
 def test_the_service_takes_all_of_them_together() -> None:

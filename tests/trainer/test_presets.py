@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_the_presets_that_the_documentation_names_are_there() -> None:
-    assert {"balanced", "detailed", "fast", "paper", "sharp"} <= set(preset_names())
+    assert {"balanced", "detailed", "fast", "paper", "sharp", "told"} <= set(preset_names())
 
 
 @pytest.mark.parametrize("name", preset_names())
