@@ -15,7 +15,7 @@ from exporter.errors import ExportError
 from exporter.export import export
 from exporter.held_out import files_in
 from exporter.precision import PrecisionName
-from exporter.repacking import float32_bundle, repack
+from exporter.repacking import convertible_bundle, repack
 from service.manifest import Manifest
 from trainer.errors import ChiaroError, ConfigError
 from trainer.evaluation.metrics import TEMPERATURES
@@ -34,7 +34,7 @@ class ExportOptions:
     checkpoint: Path | None = None
     """A checkpoint, or a run directory, whose newest checkpoint is taken."""
     bundle: Path | None = None
-    """Instead of --checkpoint: a float32 bundle, to be written in another --precision."""
+    """Instead of --checkpoint: a bundle, to be written in a --precision of fewer bits."""
     precision: PrecisionName = "float32"
     """Of the weights. float16 halves the bundle and computes in float32 as before; int8 is a quarter of it and faster,
     at the price of some accuracy, which the manifest tells. Both need --images."""
@@ -98,8 +98,8 @@ def _repacked(options: ExportOptions) -> Manifest:
             "found one; a bundle has its own"
         )
     if options.precision == "float32":
-        raise ConfigError("expected --precision float16 or int8 with --bundle, found float32, which the bundle has")
-    bundle = float32_bundle(cast(Path, options.bundle))
+        raise ConfigError("expected --precision float16 or int8 with --bundle, found float32; name one of those")
+    bundle = convertible_bundle(cast(Path, options.bundle), options.precision)
     size = bundle.manifest.picture
     held_out = files_in(options.images, size.width, size.height) if options.images else []
     return repack(bundle, options.output, options.precision, held_out)

@@ -22,6 +22,7 @@ PrecisionName = Literal["float32", "float16", "int8"]
 _LEAST_WEIGHTS: Final = 64
 _QUANTISED: Final = ("Conv", "Gemm", "MaxPool")
 _HEADS: Final = ".heads."
+_HALF, _WIDENED = ".half", ".widened"
 
 
 class Graphs(NamedTuple):
@@ -47,13 +48,28 @@ def _stored_in_half(graph: bytes) -> bytes:
     converted back and forth at every node.
     """
     model = onnx.load_from_string(graph)
-    widened = []
+    casts = []
     for tensor in model.graph.initializer:
         if tensor.data_type == TensorProto.FLOAT and np.prod(tensor.dims) >= _LEAST_WEIGHTS:
-            name, half = tensor.name, f"{tensor.name}.half"
+            name, half = tensor.name, f"{tensor.name}{_HALF}"
             tensor.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float16), half))
-            widened.append(helper.make_node("Cast", [half], [name], f"{name}.widened", to=TensorProto.FLOAT))
-    nodes = [*widened, *model.graph.node]
+            casts.append(helper.make_node("Cast", [half], [name], f"{name}{_WIDENED}", to=TensorProto.FLOAT))
+    return _with_nodes(model, [*casts, *model.graph.node])
+
+
+def widened(graph: bytes) -> bytes:
+    """The same graph with the weights that are stored in float16 as what they are widened to; any other as it is."""
+    model = onnx.load_from_string(graph)
+    names = {node.input[0]: node.output[0] for node in model.graph.node if node.name.endswith(_WIDENED)}
+    for tensor in model.graph.initializer:
+        if tensor.name in names:
+            tensor.CopyFrom(
+                numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float32), names[tensor.name])
+            )
+    return _with_nodes(model, [node for node in model.graph.node if not node.name.endswith(_WIDENED)])
+
+
+def _with_nodes(model: onnx.ModelProto, nodes: list[onnx.NodeProto]) -> bytes:
     del model.graph.node[:]
     model.graph.node.extend(nodes)
     content: bytes = model.SerializeToString(deterministic=True)

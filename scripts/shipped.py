@@ -43,8 +43,8 @@ def told(first: Model, *options: str) -> Model:
     return replace(first, preset="told", steps=4500, options=options, precision="float16", first=first)
 
 
-# Benches, jars, lamps, pots, sofas, tables, cars in white light, airplanes' second training, and the first ones of cars,
-# rifles and vessels were trained on a GPU.
+# Benches, jars, lamps, pots, sofas, tables, cars in white light, airplanes' second training, and the first ones of
+# cars, rifles and vessels were trained on a GPU.
 MODELS: Final = (
     # Wings may be before or behind the middle of airplanes: the first training's views are moved, it finds those of
     # some kinds back to front, and these are turned round where shapes are then alike.

@@ -14,7 +14,7 @@ from exporter.errors import ExportError
 from exporter.export import export
 from exporter.held_out import measure_held_out, read_pictures
 from exporter.precision import PrecisionName
-from exporter.repacking import float32_bundle, repack
+from exporter.repacking import convertible_bundle, repack
 from service.bundle import read_bundle
 from service.errors import BundleError
 from service.inference import PROBE_TOLERANCE, load_engine
@@ -32,7 +32,7 @@ def lowered(exported: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     """The exported bundle in each lower precision; to be read only."""
     directory = tmp_path_factory.mktemp("lowered")
     for precision in ("float16", "int8"):
-        repack(float32_bundle(exported), directory / precision, precision, FILES)
+        repack(convertible_bundle(exported, precision), directory / precision, precision, FILES)
     return {path.name: path for path in directory.iterdir()}
 
 
@@ -104,7 +104,7 @@ def test_int8_is_eight_bits_per_channel(lowered: dict[str, Path]) -> None:
 
 
 def test_the_same_bundle_again(exported: Path, lowered: dict[str, Path], tmp_path: Path) -> None:
-    repack(float32_bundle(exported), tmp_path / "again", "int8", FILES)
+    repack(convertible_bundle(exported, "int8"), tmp_path / "again", "int8", FILES)
     for path in lowered["int8"].iterdir():
         assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes()
 
@@ -141,13 +141,28 @@ def test_a_checkpoint_becomes_one_directly(exported: Path, lowered: dict[str, Pa
 @pytest.mark.parametrize(("precision", "count"), [("int8", 39), ("float16", 0)])
 def test_too_few_pictures_are_refused(exported: Path, tmp_path: Path, precision: PrecisionName, count: int) -> None:
     with pytest.raises(ExportError, match=f"expected 40 held-out pictures .* found {count}; name a folder"):
-        repack(float32_bundle(exported), tmp_path / "car", precision, FILES[:count])
+        repack(convertible_bundle(exported, precision), tmp_path / "car", precision, FILES[:count])
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_bundle_of_lower_precision_cannot_be_converted(lowered: dict[str, Path]) -> None:
-    with pytest.raises(ExportError, match=r"expected a bundle in float32, found one in int8; .*convert the bundle"):
-        float32_bundle(lowered["int8"])
+def test_a_bundle_in_float16_becomes_one_in_int8(lowered: dict[str, Path], tmp_path: Path) -> None:
+    repack(convertible_bundle(lowered["float16"], "int8"), tmp_path / "car", "int8", FILES)
+    load_engine(read_bundle(tmp_path / "car"))
+    pictures = read_pictures(FILES[30:], 64, 48, 2.0, 30.0, 1.0)
+    halved, direct = answers(tmp_path / "car", pictures), answers(lowered["int8"], pictures)
+    before = answers(lowered["float16"], pictures)
+    for name in ("shape_mean", "azimuth_probabilities"):
+        cost = np.abs(direct[name] - before[name]).max()
+        assert np.abs(halved[name] - before[name]).max() < 1.5 * cost + 1e-3
+    decoder = onnx.load_from_string((tmp_path / "car" / "decoder.onnx").read_bytes())
+    assert {tensor.data_type for tensor in decoder.graph.initializer} <= {TensorProto.FLOAT, TensorProto.INT64}
+
+
+@pytest.mark.parametrize(("known", "asked"), [("int8", "float16"), ("int8", "int8"), ("float16", "float16")])
+def test_lost_bits_do_not_come_back(lowered: dict[str, Path], known: str, asked: PrecisionName) -> None:
+    expected = f"expected a bundle of more bits than {asked}, found one in {known}; .*convert the bundle"
+    with pytest.raises(ExportError, match=expected):
+        convertible_bundle(lowered[known], asked)
 
 
 def test_a_bundle_from_before_all_this_still_loads(exported: Path, tmp_path: Path) -> None:
