@@ -27,7 +27,7 @@ from benchmarks.machine import machine, versions
 from benchmarks.parsimony_page import PAGE, write_tables
 from exporter.held_out import read_pictures
 from exporter.precision import PrecisionName
-from exporter.repacking import float32_bundle, repack
+from exporter.repacking import convertible_bundle, repack
 from exporter.slimming import SAMPLES, moving_numbers, shown_blocks
 from service.bundle import read_bundle
 from service.exposure import used_blocks
@@ -91,7 +91,7 @@ def main() -> None:
 
 def look_at(options: Options, bundle: Path) -> dict[str, Any]:
     """All figures of one model."""
-    engine = load_engine(float32_bundle(bundle))
+    engine = load_engine(read_bundle(bundle))
     camera, size = engine.manifest.camera, engine.manifest.picture
     with tempfile.TemporaryDirectory() as work:
         validation, test = (
@@ -104,7 +104,7 @@ def look_at(options: Options, bundle: Path) -> dict[str, Any]:
         bundles = {"float32": bundle}
         for precision in PRECISIONS[1:]:
             bundles[precision] = Path(work) / precision
-            repack(float32_bundle(bundle), bundles[precision], precision, files)
+            repack(convertible_bundle(bundle, precision), bundles[precision], precision, files)
         judged = from_folder(test, from_bundle(bundle).scene)
         engines = {precision: load_engine(read_bundle(path)) for precision, path in bundles.items()}
         milliseconds = times(engines, pictures, options.runs)
