@@ -150,6 +150,6 @@ def check_pictures(config: TrainConfig, images: ImageSet, training: Int64[Tensor
         )
     if config.loss.pose_supervision == "azimuth" and images.azimuths is None:
         raise DataError(
-            "Pose supervision needs the column azimuth_degrees in metadata.csv, and the folder has none. Add it, or "
-            "train with --loss.pose-supervision none."
+            "Pose supervision needs the column azimuth_degrees in metadata.csv, and the folder has none. Add it, "
+            "name a training that has found the poses (--poses-of RUN), or train with --loss.pose-supervision none."
         )
