@@ -177,9 +177,10 @@ def test_no_teacher_is_an_error_that_says_so(tmp_path: Path) -> None:
         teacher_at(tmp_path / "nowhere")
 
 
-def test_a_bundle_can_teach(folder: Path) -> None:
-    images = pictures(folder)
-    told = told_poses(images, folder, teacher_at(Path(__file__).parents[2] / "models" / "car"), False, QUIET)
+def test_a_bundle_can_teach(tmp_path: Path) -> None:
+    folder, teacher = tmp_path / "pictures", teacher_at(Path(__file__).parents[2] / "models" / "car")
+    RenderCommand(folder, category="car", instances=8, workers=1).run()
+    told = told_poses(load_image_folder(folder, WIDTH, HEIGHT), folder, teacher, False, QUIET)
     with (folder / "metadata.csv").open() as lines:
         truth = {row["file_name"]: math.radians(float(row["azimuth_degrees"])) for row in csv.DictReader(lines)}
     assert told.azimuths is not None

@@ -197,7 +197,7 @@ def test_many_such_steps_in_a_row_end_the_training_and_the_checkpoint_stays(
 
 def test_supervision_needs_azimuths_and_uses_them(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
     config = replace(config, loss=replace(config.loss, pose_supervision="azimuth"))
-    with pytest.raises(DataError, match=r"needs the column azimuth_degrees .* has none\. Add it, or train with --loss"):
+    with pytest.raises(DataError, match=r"needs the column azimuth_degrees .* has none\. Add it, name a training"):
         run(config, replace(images, azimuths=None), tmp_path / "none")
     assert not (tmp_path / "none").exists()
     assert images.azimuths is not None
