@@ -57,8 +57,8 @@ def prepared_for(engine: Engine, content: bytes) -> Prepared:
 
 
 def test_unseen_cars_are_turned_nearly_as_well_as_in_their_frame() -> None:
-    """Shape codes agree too, better than those of different cars do. Few cars say little: of 96, six fewer poses are
-    right with the cars that ship, and four fewer were with those before; of the first 24, two and one."""
+    """Shape codes agree too, better than those of different cars do. Few cars say little: a picture
+    or two of 24 may be missed by chance."""
     cars, right, codes = model("car"), [0, 0], []
     for seed in range(96):
         azimuth = 2 * math.pi * (0.618 * seed % 1)
