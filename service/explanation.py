@@ -24,8 +24,9 @@ MOST_STRANGE: Final = 2.0
 """Out-of-class score above which there is no answer."""
 _ROWS: Final = 12
 """Squares in the picture's height: where an edge lies, to a pixel, says little of the class."""
-_SAMPLES: Final = 4
-"""Points in a square's side."""
+_SAMPLES: Final = 6
+"""Points in a square's side, a pixel's width apart in pictures of 96 × 72: with four, thin legs came out up to a third
+off."""
 _LEAST_LIGHT: Final = 1e-6
 _SHARPNESS: Final = 5.0
 """Fitted on held-out pictures of four models: probabilities are then about as often right as they say."""

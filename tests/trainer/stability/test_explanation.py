@@ -27,8 +27,8 @@ MODEL = Path(__file__).parents[3] / "models" / "car"
 @pytest.mark.parametrize("category", ["car", "chair"])
 @pytest.mark.parametrize("moved", [False, True])
 def test_errors_are_those_of_the_service(moved: bool, category: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It takes 3 × 3 samples of a pixel at 96 × 72, and here contours are exact: chairs cost it a twentieth more in the
-    mean, and one with thin legs a third. With many samples the errors are the same to a few percent."""
+    """It takes a few samples of each square, and here contours are exact: single chairs with thin legs cost it a fifth
+    more or less. With many samples the errors are the same to a few percent."""
     bundle = MODEL.with_name(category)
     subject, engine = from_bundle(bundle), load_engine(read_bundle(bundle))
     codes = photographs(exhibits(category, TEST_SEED, 8), subject.scene)
@@ -59,9 +59,8 @@ def test_errors_are_those_of_the_service(moved: bool, category: str, monkeypatch
         with monkeypatch.context() as closer:
             closer.setattr("service.explanation._SAMPLES", 16)
             exact.append(unexplained(engine, prepared, posterior, surface))
-    assert (np.abs(found / own - 1) > 0.25).sum() <= 1
-    assert found == pytest.approx(own, rel=0.4)
-    assert found.mean() == pytest.approx(np.mean(own), rel=0.1)
+    assert found == pytest.approx(own, rel=0.25)
+    assert found.mean() == pytest.approx(np.mean(own), rel=0.05)
     assert found == pytest.approx(exact, rel=0.12)
     assert found.mean() == pytest.approx(np.mean(exact), rel=0.03)
 
