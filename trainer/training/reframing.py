@@ -1,9 +1,10 @@
-"""The last phase of a training: the encoder learns to see objects where a rule sets them, not only where a camera does.
+"""The last phase of a training: the encoder learns to see objects in pictures that another camera took.
 
-Renderings show an object where its camera has it, and that tells size and pose. Whoever sends a picture of their own
-has no such camera: the object is cut out and set into the frame by a rule (`imaging.framing`), which is off by some
-percent, and an encoder that has never seen this is easily led astray. So it learns to say of a picture whose object was
-set by the rule what it says of the picture as it was rendered. Shapes stay as they are.
+Renderings show an object where their camera has it, and as bright and as sharp as that camera has it. Whoever sends a
+picture of their own has no such camera: the object is cut out and set into the frame by a rule (`imaging.framing`),
+which is off by some percent, and exposure, white balance and sharpness are others. An encoder that has never seen this
+is easily led astray: it takes darker cars for lower ones, and turns them round. So it learns to say of such a picture
+what it says of the one that was rendered. Shapes stay as they are.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,6 +46,13 @@ _VISIBLE: Final = 0.0024
 # Standard deviations about the rule: edges of a silhouette, and with them its box, are not found to the pixel.
 _SIZE_DEVIATION: Final = 0.03
 _CENTRE_DEVIATION: Final = 0.01
+# Of another camera: the logarithm of all light, that of each channel beside it, and how many times over what a blur of
+# a pixel takes away is added (or, below zero, taken away).
+_EXPOSURE_DEVIATION: Final = 0.5
+_BALANCE_DEVIATION: Final = 0.1
+_SHARPNESS_DEVIATION: Final = 0.7
+_PLACEMENT, _CAMERA = 3, 5
+"""Numbers that say where an object is set, and what camera took it."""
 
 
 def reframe(
@@ -110,9 +118,10 @@ def learn_reframed(
     device: torch.device = CPU,
     record: bool = True,
 ) -> Iterator[Descent["ReframingResult"] | None]:
-    """Teaches the model's encoder what it says of pictures, also where the rule sets their objects.
+    """Teaches the model's encoder what it says of pictures, also where another camera took them and the rule sets their
+    objects.
 
-    Every second picture is reframed, the others stay as they are. Yields what each step gave, None where it was skipped
+    Every second picture is changed so, the others stay as they are. Yields what each step gave, None where it was skipped
     for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes that train
     together each has its share of the minibatches, and all end with the same model. It may be on another device than
     `device`, where the pictures are and everything is computed.
@@ -129,8 +138,9 @@ def learn_reframed(
         pictures = given.pictures
         with torch.no_grad():
             taught = encode_mixed(teacher, pictures, convolutions)
-        noise = normal_noise((size, 3), given.generator, pictures.dtype, pictures.device)[own]
-        seen = torch.where(every_second, reframed(pictures, frame, noise), pictures)
+        noise = normal_noise((size, _PLACEMENT + _CAMERA), given.generator, pictures.dtype, pictures.device)[own]
+        placed = reframed(pictures, frame, noise[:, :_PLACEMENT])
+        seen = torch.where(every_second, retaken(placed, noise[:, _PLACEMENT:]), pictures)
         result: ReframingResult = taking(seen, taught, convolutions)
         return result
 
@@ -169,7 +179,8 @@ def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tens
     """Linear pictures on black with their objects where the rule sets them, give or take what a box may be off by.
 
     `noise` is standard normal: of the size, of x and of y. A picture without an object stays black. The rule's own
-    function, `imaging.framing.framed`, takes one picture file at a time; this one interpolates between pixels.
+    function, `imaging.framing.framed`, takes one picture file at a time; this one interpolates between pixels, by cubics:
+    linear interpolation blurs, and files, which have more pixels than the model sees, are not blurred.
     """
     height, width = pictures.shape[2:]
     left, right, top, bottom = _boxes(pictures)
@@ -181,7 +192,28 @@ def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tens
         [across[:, None].expand(-1, height, -1), down[:, :, None].expand(-1, -1, width)],
         dim=-1,
     )
-    return functional.grid_sample(pictures, grid, align_corners=False)
+    return functional.grid_sample(pictures, grid, mode="bicubic", align_corners=False).clamp(0, 1)
+
+
+def retaken(pictures: Float[Tensor, "B 3 H W"], noise: Float[Tensor, "B 5"]) -> Float[Tensor, "B 3 H W"]:
+    """Linear pictures on black as another camera would have taken them: sharper or softer, brighter or darker, with
+    another white balance; what is too bright is cut off.
+
+    `noise` is standard normal: of the sharpness, of the exposure and of the three channels.
+    """
+    sharpness, exposure, balance = noise[:, 0], noise[:, 1:2], noise[:, 2:]
+    details = pictures - _blurred(pictures)
+    sharpened = pictures + _SHARPNESS_DEVIATION * sharpness[:, None, None, None] * details
+    gain = torch.exp(_EXPOSURE_DEVIATION * exposure + _BALANCE_DEVIATION * balance)
+    return (sharpened * gain[:, :, None, None]).clamp(0, 1)
+
+
+def _blurred(pictures: Float[Tensor, "B 3 H W"]) -> Float[Tensor, "B 3 H W"]:
+    """By a binomial of three pixels along both axes; there is black around the picture."""
+    weights = torch.tensor([1.0, 2.0, 1.0], dtype=pictures.dtype, device=pictures.device) / 4
+    channels = pictures.shape[1]
+    kernel = torch.outer(weights, weights).expand(channels, 1, 3, 3)
+    return functional.conv2d(pictures, kernel, padding=1, groups=channels)
 
 
 def _boxes(pictures: Float[Tensor, "B 3 H W"]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
