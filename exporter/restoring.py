@@ -34,7 +34,7 @@ from trainer.model.vae import Model
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
 _KEPT: Final = ("seconds", "core_seconds", "pictures", "validation_pictures")
-"""What of the run's summary is still so; poses that it was told are not needed any more."""
+"""What of the run's summary is still so."""
 _LOOKED_AT: Final = 256
 """Pictures that tell means and variances of a layer."""
 
@@ -89,8 +89,9 @@ def restored(directory: Path, images: Path) -> Checkpoint:
         _restore_encoder(model, _weights(bundle.encoder), pictures)
         _restore_layers(model.heads, "heads", _weights(bundle.encoder))
         _restore_layers(model.decoder, "decoder", _weights(bundle.decoder))
-    kept = {name: value for name, value in run.items() if name in _KEPT} | {"images": str(images.resolve())}
-    return Checkpoint(config, scene, bundle.manifest.category, step, model, {}, kept)
+    kept = {name: value for name, value in run.items() if name in _KEPT}
+    now: dict[str, Any] = {**kept, "images": str(images.resolve()), "restored_from": run}
+    return Checkpoint(config, scene, bundle.manifest.category, step, model, {}, now)
 
 
 def _check_whole(directory: Path, bundle: Bundle) -> None:

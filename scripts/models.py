@@ -135,7 +135,9 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
     chosen = max(found, key=lambda candidate: found[candidate], default=model.candidates[0])
     told = find_poses(workshop, model)
     train(workshop, model, chosen, workshop.steps_of(model), workshop.run_directory(model, chosen), told=told)
-    return model.name, {**publish(workshop, model, chosen), "screened_iou": found}
+    trainings = trainings_of(workshop, model, chosen)
+    figures = publish(workshop, model, chosen, workshop.run_directory(model, chosen), trainings)
+    return model.name, {**figures, "screened_iou": found}
 
 
 def render(workshop: Workshop, model: Model) -> None:
@@ -193,9 +195,11 @@ def screened(workshop: Workshop, model: Model, candidate: str) -> float:
     return float(figures["iou"])
 
 
-def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
-    """Judges a model and writes its bundle."""
-    directory, bundle = workshop.run_directory(model, chosen), workshop.bundle(model)
+def publish(
+    workshop: Workshop, model: Model, chosen: str, directory: Path, trainings: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Judges the model of a run directory and writes its bundle."""
+    bundle = workshop.bundle(model)
     validation = workshop.pictures_of(model, "validation")
     test = judge(directory, "test", validation, "--images", workshop.pictures_of(model, "test"))
     run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
@@ -206,7 +210,7 @@ def publish(workshop: Workshop, model: Model, chosen: str) -> dict[str, Any]:
     pictures = render_options(model, 0, workshop.pictures)
     figures: dict[str, Any] = {
         "pictures": shlex.join(["python", "-m", "trainer", "render", *pictures, "--output", "PICTURES"]),
-        "trainings": trainings_of(workshop, model, chosen),
+        "trainings": trainings,
         "parameterisation": chosen,
         "bundle_bytes": bytes_of(bundle),
         "test": {name: test[name] for name in FIGURES},
