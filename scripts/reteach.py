@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from command import run
-from models import CHECKPOINT, SCREENING_STEPS, Workshop, progress, publish, render, write_figures
 from shipped import MODELS, Model
+
+from models import CHECKPOINT, SCREENING_STEPS, Workshop, progress, publish, render, write_figures
 
 STEPS: Final = 2250
 """Of the phase: what it has in a training of 4500 steps."""

@@ -121,10 +121,10 @@ def learn_reframed(
     """Teaches the model's encoder what it says of pictures, also where another camera took them and the rule sets their
     objects.
 
-    Every second picture is changed so, the others stay as they are. Yields what each step gave, None where it was skipped
-    for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes that train
-    together each has its share of the minibatches, and all end with the same model. It may be on another device than
-    `device`, where the pictures are and everything is computed.
+    Every second picture is changed so, the others stay as they are. Yields what each step gave, None where it was
+    skipped for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes
+    that train together each has its share of the minibatches, and all end with the same model. It may be on another
+    device than `device`, where the pictures are and everything is computed.
     """
     convolutions, size = number_format(config.precision, device), config.optimiser.batch_size
     teacher, student = deepcopy(model).eval().to(device), Reframing(deepcopy(model)).train().to(device)
@@ -179,8 +179,8 @@ def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tens
     """Linear pictures on black with their objects where the rule sets them, give or take what a box may be off by.
 
     `noise` is standard normal: of the size, of x and of y. A picture without an object stays black. The rule's own
-    function, `imaging.framing.framed`, takes one picture file at a time; this one interpolates between pixels, by cubics:
-    linear interpolation blurs, and files, which have more pixels than the model sees, are not blurred.
+    function, `imaging.framing.framed`, takes one picture file at a time; this one interpolates between pixels, by
+    cubics: linear interpolation blurs, and files, which have more pixels than the model sees, are not blurred.
     """
     height, width = pictures.shape[2:]
     left, right, top, bottom = _boxes(pictures)
