@@ -106,7 +106,7 @@ bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost 
 bench-refinement: install  ## what a longer look gains, for every model that ships (benchmarks/refinement.json; about 30 minutes)
 	$(BIN)/python -m benchmarks.refinement
 
-bench-cutouts: install  ## what it costs accuracy that an object had to be cut out, for every model that ships (benchmarks/cutouts.json; about 15 minutes)
+bench-cutouts: install  ## what it costs accuracy that an object had to be cut out, and that it is darker or brighter, for every model that ships (benchmarks/cutouts.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.cutouts
 
 bench-symmetry: install  ## which turns the posteriors of poses do not tell apart, beside the objects' own symmetry (docs/results/symmetry.json; about 3 minutes)

@@ -1,10 +1,10 @@
-"""What it costs accuracy to have to cut an object out: every bundle of fixed light.
+"""What it costs accuracy to have to cut an object out, and that it is exposed otherwise: every bundle of fixed light.
 
     python -m benchmarks.cutouts --models models --real-meshes DIR
 
 Pictures of procedural objects that no training or validation saw, and of real meshes, if any, are judged as they are,
-in the model's own frame; and cut out and set there by rule, as anybody's own pictures are. Writes a JSON file with the
-machine and the judge's figures of each.
+in the model's own frame; and cut out and set there by rule, as anybody's own pictures are: with their light, with half
+of it, and with twice as much. Writes a JSON file with the machine and the judge's figures of each.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from numpy import ndarray
 from PIL import Image
 
 from benchmarks.bundles import TEST_SEED, VALIDATION_SEED, add_options, measure_bundles, rendered
-from imaging.srgb import encode
+from imaging.srgb import decode_table, encode
 from service.bundle import read_bundle
 from service.errors import ImageError
 from service.image import read_picture
@@ -33,6 +33,8 @@ from trainer.evaluation.report import as_json
 from trainer.evaluation.subject import Subject
 
 MOST_PIXELS = 10**6
+LIGHTS = {"cut out": 1.0, "darker": 0.5, "brighter": 2.0}
+"""Times the light of the pictures that are cut out."""
 FIGURES = (
     "iou",
     "symmetric_azimuth_error_degrees",
@@ -66,12 +68,13 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _judged(subject: Subject, engine: Engine, pictures: Pictures, validation: Validation) -> dict[str, Any]:
-    """The judge's figures of pictures as they are, and cut out."""
-    codes = np.stack([_cut_out(engine, one) for one in pictures.codes])
-    return {
-        "framed": _figures(subject, pictures, validation),
-        "cut out": _figures(subject, replace(pictures, codes=codes), validation),
-    }
+    """The judge's figures of pictures as they are, and cut out in any of the lights."""
+    found = {"framed": _figures(subject, pictures, validation)}
+    for name, gain in LIGHTS.items():
+        exposed = encode(np.clip(gain * decode_table()[pictures.codes], 0, 1))
+        codes = np.stack([_cut_out(engine, one) for one in exposed])
+        found[name] = _figures(subject, replace(pictures, codes=codes), validation)
+    return found
 
 
 def _figures(subject: Subject, pictures: Pictures, validation: Validation) -> dict[str, Any]:
