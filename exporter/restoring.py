@@ -122,10 +122,17 @@ def _training(directory: Path, bundle: Bundle) -> tuple[int, dict[str, Any], Tra
 
 
 def _weights(graph: bytes) -> dict[str, Tensor]:
-    """The weights of a graph in float32, as they are called within the model."""
-    found = onnx.load_from_string(widened(graph)).graph.initializer
-    named = {tensor.name.removeprefix("model."): tensor for tensor in found if tensor.name.startswith("model.")}
-    return {name: torch.from_numpy(numpy_helper.to_array(tensor).copy()) for name, tensor in named.items()}
+    """Weights and biases of a graph's layers in float32, named as within the model. A layer's bias is what its node
+    asks for, 0 if for none: that of a folded batch normalisation has no name of the model, and equal ones are one."""
+    model = onnx.load_from_string(widened(graph)).graph
+    tensors = {tensor.name: torch.from_numpy(numpy_helper.to_array(tensor).copy()) for tensor in model.initializer}
+    found = {}
+    for node in model.node:
+        if node.op_type in ("Conv", "Gemm") and node.input[1].startswith("model."):
+            layer, weight = node.input[1].removeprefix("model.").removesuffix(".weight"), tensors[node.input[1]]
+            bias = tensors[node.input[2]] if len(node.input) > 2 else torch.zeros(len(weight))
+            found |= {f"{layer}.weight": weight, f"{layer}.bias": bias}
+    return found
 
 
 def _restore_encoder(model: Model, weights: dict[str, Tensor], pictures: Float[Tensor, "N 3 H W"]) -> None:
@@ -144,7 +151,7 @@ def _restore_encoder(model: Model, weights: dict[str, Tensor], pictures: Float[T
                 layer.running_mean.copy_(values.mean(axes))
                 layer.running_var.copy_(values.var(axes, unbiased=False))
                 layer.weight.copy_((layer.running_var + layer.eps).sqrt())
-                layer.bias.copy_(weights[f"{before}.weight_bias"] + layer.running_mean)
+                layer.bias.copy_(weights[f"{before}.bias"] + layer.running_mean)
             values = layer(values)
 
 

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from imaging.preparation import Prepared
@@ -32,11 +33,11 @@ def model(name: str) -> Engine:
     return load_engine(read_bundle(MODELS / name))
 
 
-def photograph(category: str, seed: int, azimuth: float, margin: float = 1.0) -> bytes:
-    """A PNG of an object; before `margin` times white, and larger than its frame."""
+def photograph(category: str, seed: int, azimuth: float, margin: float = 1.0, light: float = 1.0) -> bytes:
+    """A PNG of an object in so many times its light; before `margin` times white, and larger than its frame."""
     colour, alpha = draw(make_shape(category, seed), azimuth, 0.0, SceneConfig(width=256, height=192), 2)
     picture = np.full((240, 320, 3), margin, np.float32)
-    picture[24:216, 32:288] = colour + margin * (1 - alpha)[..., None]
+    picture[24:216, 32:288] = np.minimum(light * colour, alpha[..., None]) + margin * (1 - alpha)[..., None]
     buffer = io.BytesIO()
     Image.fromarray(encode_srgb(picture)).save(buffer, "PNG")
     return buffer.getvalue()
@@ -57,8 +58,7 @@ def prepared_for(engine: Engine, content: bytes) -> Prepared:
 
 
 def test_unseen_cars_are_turned_nearly_as_well_as_in_their_frame() -> None:
-    """Shape codes agree too, better than those of different cars do. Few cars say little: a picture
-    or two of 24 may be missed by chance."""
+    """Shape codes agree too, better than those of different cars do."""
     cars, right, codes = model("car"), [0, 0], []
     for seed in range(96):
         azimuth = 2 * math.pi * (0.618 * seed % 1)
@@ -71,11 +71,29 @@ def test_unseen_cars_are_turned_nearly_as_well_as_in_their_frame() -> None:
             right[way] += abs(away) < math.radians(30)
         codes.append([posterior.shape_mean for posterior in found])
     print(f"within 30°: {right[0]} of 96 in their frame, {right[1]} cut out")
-    assert right[1] >= right[0] - 8
-    assert right[1] >= 80
+    assert right[1] >= right[0] - 2
+    assert right[1] >= 90
     framed, cut_out = np.array(codes).swapaxes(0, 1)
     apart = np.linalg.norm(framed - cut_out, axis=1).mean()
     assert apart < 0.5 * np.linalg.norm(framed - np.roll(framed, 1, 0), axis=1).mean()
+
+
+@pytest.mark.parametrize("light", [0.5, 2.0])
+def test_another_exposure_turns_no_cars_round(light: float) -> None:
+    """Before encoders learnt it, a third of those in twice the light were. They stand before grey: before white, what is
+    overexposed is not told from the background."""
+    cars, right, codes = model("car"), 0, []
+    for seed in range(48):
+        azimuth = 2 * math.pi * (0.618 * seed % 1)
+        pictures = (photograph("car", UNSEEN + seed, azimuth, 0.25, gain) for gain in (1.0, light))
+        usual, exposed = (encode(cars, prepared_for(cars, picture).picture) for picture in pictures)
+        right += abs((exposed.azimuth - azimuth + math.pi) % (2 * math.pi) - math.pi) < math.radians(30)
+        codes.append([usual.shape_mean, exposed.shape_mean])
+    print(f"within 30° in {light:g} times the light: {right} of 48")
+    assert right >= 45
+    before, after = np.array(codes).swapaxes(0, 1)
+    apart = np.linalg.norm(before - after, axis=1).mean()
+    assert apart < 0.3 * np.linalg.norm(before - np.roll(before, 1, 0), axis=1).mean()
 
 
 def test_classes_are_told_apart() -> None:

@@ -1,4 +1,4 @@
-"""The encoder learns to see objects where the rule sets them, and nothing else is learnt."""
+"""The encoder learns to see objects where the rule sets them and as another camera took them, and nothing else."""
 
 import json
 import os
@@ -20,7 +20,7 @@ from trainer.data.picture import draw
 from trainer.errors import DataError
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
 from trainer.training.loop import MOST_SKIPPED_STEPS
-from trainer.training.reframing import reframe, reframed
+from trainer.training.reframing import reframe, reframed, retaken
 
 SCENE = SceneConfig(64, 48)
 STEPS = 40
@@ -76,6 +76,28 @@ def test_noise_moves_and_scales() -> None:
 
 def test_a_picture_of_nothing_stays_black() -> None:
     assert not reframed(torch.zeros(2, 3, 48, 64), frame_in(SCENE), torch.randn(2, 3)).any()
+
+
+def test_another_camera_is_brighter_or_darker_of_another_balance_and_cuts_off_what_is_too_bright() -> None:
+    picture = torch.zeros(1, 3, 48, 64)
+    picture[:, :, 20:28, 24:40] = torch.tensor([0.2, 0.4, 0.8])[:, None, None]
+
+    def middle(exposure: float, *balance: float) -> list[float]:
+        return retaken(picture, torch.tensor([[0.0, exposure, *balance]]))[0, :, 24, 32].tolist()
+
+    assert torch.equal(retaken(picture, torch.zeros(1, 5)), picture)
+    assert middle(1, 0, 0, 0) == pytest.approx([0.2 * np.exp(0.5), 0.4 * np.exp(0.5), 1])
+    assert middle(-2, 1, 0, -1) == pytest.approx([0.2 * np.exp(-0.9), 0.4 * np.exp(-1), 0.8 * np.exp(-1.1)])
+    assert not retaken(torch.zeros(2, 3, 48, 64), torch.randn(2, 5)).any()
+
+
+def test_another_camera_is_sharper_or_softer() -> None:
+    """A blur of a pixel's width, or what it takes away once more."""
+    picture = torch.full((1, 3, 48, 64), 0.25)
+    picture[..., 32:] = 0.75
+    soft, sharp = (retaken(picture, torch.tensor([[way / 0.7, 0, 0, 0, 0]]))[0, 1, 24, 30:34] for way in (-1.0, 1.0))
+    assert soft.tolist() == pytest.approx([0.25, 0.375, 0.625, 0.75])
+    assert sharp.tolist() == pytest.approx([0.25, 0.125, 0.875, 0.75])
 
 
 def test_only_the_encoder_learns_and_agrees_more_with_what_was_said(
