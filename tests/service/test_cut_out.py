@@ -80,8 +80,8 @@ def test_unseen_cars_are_turned_nearly_as_well_as_in_their_frame() -> None:
 
 @pytest.mark.parametrize("light", [0.5, 2.0])
 def test_another_exposure_turns_no_cars_round(light: float) -> None:
-    """Before encoders learnt it, a third of those in twice the light were. They stand before grey: before white, what is
-    overexposed is not told from the background."""
+    """Before encoders learnt it, a third of those in twice the light were. They stand before grey: before white, what
+    is overexposed is not told from the background."""
     cars, right, codes = model("car"), 0, []
     for seed in range(48):
         azimuth = 2 * math.pi * (0.618 * seed % 1)
