@@ -185,7 +185,9 @@ def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType
     for model in script.MODELS:
         options = shlex.join(script.training_options(model, known[model.name]["parameterisation"]))
         told = f"--preset {model.preset} --optimiser.steps {model.steps} {options} --images"
-        *found, last = (training["command"] for training in known[model.name]["trainings"])
+        commands = [training["command"] for training in known[model.name]["trainings"]]
+        # Some had their encoders taught anew afterwards.
+        *found, last = (command for command in commands if "exporter.restoring" not in command)
         assert told in last, model.name
         assert len(found) == bool(model.first)
         if model.first:
