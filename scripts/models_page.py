@@ -9,10 +9,10 @@ PAGE = (
     "Made by `scripts/models.py` (`make models`), and each alone by its commands below: where one has `--run FIRST`,",
     "the next is told the poses that it finds. Where the last makes a run of a BUNDLE, that is what came out then, and",
     "its encoder was taught the last phase anew (`scripts/reteach.py`) when that phase had learnt of other cameras;",
-    "trainings of today have it as it is. IoU at 32³; median azimuth error, and share of azimuths within 30°, both up to",
-    "the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean shape, and the nearest",
-    "neighbour of the picture. On unseen procedural objects, and on real meshes, which only serve as a test. Minutes of",
-    "training are those of one core, or of a GPU, that others used, too.",
+    "trainings of today have it as it is. IoU at 32³; median azimuth error, and share of azimuths within 30°, both up",
+    "to the object's own symmetry. Beside them the guesses that are to be beaten: the class's mean shape, and the",
+    "nearest neighbour of the picture. On unseen procedural objects, and on real meshes, which only serve as a test.",
+    "Minutes of training are those of one core, or of a GPU, that others used, too.",
     "",
 )
 
