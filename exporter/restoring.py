@@ -126,7 +126,7 @@ def _weights(graph: bytes) -> dict[str, Tensor]:
     asks for, 0 if for none: that of a folded batch normalisation has no name of the model, and equal ones are one."""
     model = onnx.load_from_string(widened(graph)).graph
     tensors = {tensor.name: torch.from_numpy(numpy_helper.to_array(tensor).copy()) for tensor in model.initializer}
-    found = {}
+    found: dict[str, Tensor] = {}
     for node in model.node:
         if node.op_type in ("Conv", "Gemm") and node.input[1].startswith("model."):
             layer, weight = node.input[1].removeprefix("model.").removesuffix(".weight"), tensors[node.input[1]]

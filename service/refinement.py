@@ -13,6 +13,7 @@ import numpy as np
 from imaging.alignment import aligned
 from imaging.preparation import Prepared
 from imaging.refinement import Draw, Guess, refine
+from service.explanation import exposure
 from service.inference import Array, Engine, Posterior, decode_all
 from service.rendering.picture import draw_all
 from service.rendering.projection import project
@@ -52,18 +53,14 @@ def improve(
     """Poses, lights and the shape code that explain the pictures better, together.
 
     How probable the coarse poses are stays the encoder's word. Pictures of cut-out objects, whose size and place are a
-    guess, are brought to where its answer is drawn. Raises InferenceError as the graphs do.
+    guess, are brought to where its answer is drawn; those that another exposure explains, to how bright it is drawn.
+    Raises InferenceError as the graphs do.
     """
     draw = _drawing(engine)
     lights = [posterior.light.azimuth for posterior in posteriors if posterior.light is not None]
     turned = np.array([posterior.azimuth for posterior in posteriors])
     first = draw(np.stack([shape_code] * len(pictures)), turned, np.array(lights) if lights else None)
-    seen = np.stack(
-        [
-            prepared.picture if prepared.method == "framed" else aligned(prepared.picture, drawn)
-            for prepared, drawn in zip(pictures, first, strict=True)
-        ]
-    )
+    seen = np.stack([_as_drawn(prepared, drawn) for prepared, drawn in zip(pictures, first, strict=True)])
     guess = Guess(shape_code.astype(np.float64), turned, np.array(lights) if lights else None)
     after = refine(draw, seen, guess, *effort)
     improved = []
@@ -81,6 +78,13 @@ def improve(
             )
         )
     return Improved(tuple(improved), after.guess.shape_code.astype(np.float32), after.iterations)
+
+
+def _as_drawn(prepared: Prepared, drawn: Array) -> Array:
+    """A picture where its drawing is, and as bright."""
+    picture = prepared.picture if prepared.method == "framed" else aligned(prepared.picture, drawn)
+    as_bright: Array = np.minimum(picture / np.float32(exposure(picture, drawn)), 1)
+    return as_bright
 
 
 def _drawing(engine: Engine) -> Draw:

@@ -102,6 +102,19 @@ def test_what_was_cut_out_has_no_size_of_its_own(engine: Engine, code: np.ndarra
     assert moved[1] < 0.7 * moved[0]
 
 
+def test_a_darker_picture_is_refined_alike(engine: Engine, code: np.ndarray) -> None:
+    """Taken for what the usual light shows, it would be explained by a smaller shape."""
+    picture = drawn(engine, code, AZIMUTH)
+    posterior = near(engine, picture, code / 2, AZIMUTH + 0.1)
+    usual, dark = (
+        improve(engine, [Prepared(np.float32(light) * picture, "framed")], [posterior], posterior.shape_mean, ENOUGH)
+        for light in (1.0, 0.4)
+    )
+    assert dark.posteriors[0].azimuth == pytest.approx(usual.posteriors[0].azimuth, abs=0.03)
+    ends = (decode(engine, one.shape_code).vertices for one in (usual, dark))
+    assert np.abs(np.subtract(*ends)).mean() < 0.005
+
+
 def test_the_trainer_refines_alike(engine: Engine, bundle_directory: Path, code: np.ndarray) -> None:
     """Two renderers, one of them antialiased, and one search."""
     prepared = Prepared(drawn(engine, code, AZIMUTH), "framed")
