@@ -50,21 +50,17 @@ def reteach(workshop: Workshop, model: Model) -> dict[str, Any]:
     before = json.loads((workshop.output / "figures.json").read_text())[model.name]
     directory, images = workshop.run_directory(model, "again"), workshop.pictures_of(model, "train")
     if not (directory / CHECKPOINT).exists():
-        run(
-            "exporter.restoring", "--bundle", workshop.bundle(model), "--images", images, "--run", directory, quiet=True
-        )
+        bundle = workshop.bundle(model)
+        run("exporter.restoring", "--bundle", bundle, "--images", images, "--run", directory, quiet=True)
     share = STEPS / model.steps
     run("trainer", "train", "--resume", "--run", directory, "--images", images, "--threads", 1,
         "--reframing-share", share, quiet=True)  # fmt: skip
     restoring = ["python", "-m", "exporter.restoring", "--bundle", "BUNDLE", "--images", "PICTURES", "--run", "AGAIN"]
     training = ["python", "-m", "trainer", "train", "--resume", "--run", "AGAIN", "--images", "PICTURES"]
     commands = shlex.join(restoring), shlex.join([*training, "--reframing-share", f"{share:g}"])
-    taught = {
-        "command": " && ".join(commands),
-        "seconds": round(progress(directory)["seconds"] - before["trainings"][-1]["seconds"], 2),
-        "on": "core",
-    }
-    trainings = [*before["trainings"], taught]
+    trainings = [training for training in before["trainings"] if "exporter.restoring" not in training["command"]]
+    seconds = round(progress(directory)["seconds"] - trainings[-1]["seconds"], 2)
+    trainings.append({"command": " && ".join(commands), "seconds": seconds, "on": "core"})
     figures = publish(workshop, model, before["parameterisation"], directory, trainings)
     return {**before, **figures}
 
