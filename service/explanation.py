@@ -3,18 +3,16 @@
 The re-render error is the share of the picture's light that the drawing gets wrong: Σ (x − x̂)² / Σ x². Here x is the
 picture as the encoder got it, and x̂ the mesh under the lights and the camera that were found; both are linear, and
 averaged over the same squares, about twelve to the picture's height. 0 is the picture itself, 1 as far away as black.
-Nobody knows how a picture was exposed: where x̂ explains it much better brighter or darker than it is drawn, it is taken
-to be so, at a price.
+Where x̂ explains a picture much better brighter or darker than it is drawn, it is taken to be so, at a price
+(`imaging.exposure`).
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from imaging.alignment import aligned
+from imaging.exposure import unexplained_light
 from imaging.preparation import Method, Prepared
 from imaging.scaling import block_means
 from service.inference import Engine, Posterior, Surface
@@ -30,12 +28,6 @@ _ROWS: Final = 12
 _SAMPLES: Final = 6
 """Points in a square's side, a pixel's width apart in pictures of 96 × 72: with four, thin legs came out up to a third
 off."""
-_LEAST_LIGHT: Final = 1e-6
-_MOST_EXPOSED: Final = 16.0
-"""Times that a picture is brighter or darker than it is drawn, at the most."""
-_PRICE: Final = 2.0
-"""How many times better another exposure has to explain a picture to be believed, and what the error then is times: for
-less, what is too bright or too dark tells the class."""
 _SHARPNESS: Final = 5.0
 """Fitted on held-out pictures of four models: probabilities are then about as often right as they say."""
 
@@ -57,20 +49,7 @@ def unexplained(engine: Engine, prepared: Prepared, posterior: Posterior, surfac
     drawn = draw(screen, colours, engine.faces, columns, rows, samples).colour
     picture = prepared.picture if prepared.method == "framed" else aligned(prepared.picture, drawn)
     seen = block_means(picture, side)
-    gain = exposure(seen, drawn)
-    return _error(seen, gain * drawn) * (_PRICE if gain != 1 else 1.0)
-
-
-def exposure(seen: NDArray[np.floating], drawn: NDArray[np.floating]) -> float:
-    """How many times brighter than a drawing the picture is that it explains; 1 unless that explains much more."""
-    light = float(np.square(drawn).sum())
-    gain = float((seen * drawn).sum()) / light if light > _LEAST_LIGHT else 1.0
-    gain = min(_MOST_EXPOSED, max(1 / _MOST_EXPOSED, gain))
-    return gain if _PRICE * _error(seen, gain * drawn) < _error(seen, drawn) else 1.0
-
-
-def _error(seen: NDArray[np.floating], drawn: NDArray[np.floating]) -> float:
-    return float(np.square(seen - drawn).sum() / max(float(np.square(seen).sum()), _LEAST_LIGHT))
+    return unexplained_light(seen, drawn)
 
 
 def out_of_class_score(held_out: HeldOut | None, method: Method, error: float) -> float | None:

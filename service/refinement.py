@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from imaging.alignment import aligned
+from imaging.exposure import exposure
 from imaging.preparation import Prepared
 from imaging.refinement import Draw, Guess, refine
-from service.explanation import exposure
 from service.inference import Array, Engine, Posterior, decode_all
 from service.rendering.picture import draw_all
 from service.rendering.projection import project

@@ -9,7 +9,7 @@ import pytest
 from imaging.decoding import Picture
 from imaging.framing import box_around, frame_of
 from imaging.preparation import Method, Prepared
-from service.explanation import category_probabilities, exposure, out_of_class_score, unexplained
+from service.explanation import category_probabilities, out_of_class_score, unexplained
 from service.inference import Engine, Posterior, Surface, decode, encode, sample_shape_code
 from service.manifest import Errors, HeldOut
 from service.rendering.picture import draw
@@ -78,16 +78,6 @@ def test_a_picture_in_other_light_is_explained_at_a_price(
     )
     turned = replace(posterior, azimuth=0.6 + math.pi / 2)
     assert unexplained(engine, exposed, turned, surface) > 0.1
-
-
-def test_an_exposure_is_believed_where_it_explains_twice_as_much() -> None:
-    drawn = np.full((3, 4, 4), 0.5, np.float32)
-    other = drawn * np.where(np.arange(16).reshape(4, 4) % 2, 1.4, 0.6)
-    assert exposure(0.4 * drawn, drawn) == pytest.approx(0.4)
-    assert exposure(0.01 * drawn, drawn) == pytest.approx(1 / 16)
-    assert exposure(0.3 * other, drawn) == pytest.approx(0.3)
-    assert exposure(0.9 * other, drawn) == 1
-    assert exposure(drawn, 0 * drawn) == exposure(0 * drawn, 0 * drawn) == 1
 
 
 def test_where_the_frame_is_a_guess_size_and_place_do_not_count(

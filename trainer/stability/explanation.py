@@ -2,8 +2,9 @@
 
 The re-render error is the share of the picture's light that the reconstruction gets wrong, Σ (x − x̂)² / Σ x², both
 linear and averaged over the same squares, about twelve to the picture's height: 0 is the picture itself, 1 as far away
-as black. The score sets it beside the errors of held-out pictures of the class. The service refuses a picture above
-MOST_STRANGE. Its own code, which this package must not know, computes the same (a test holds both together).
+as black; where another exposure explains it much better, see `imaging.exposure`. The score sets it beside the errors of
+held-out pictures of the class. The service refuses a picture above MOST_STRANGE. Its own code, which this package must
+not know, computes the same (a test holds both together).
 """
 
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from numpy import ndarray
 from torch import Tensor
 
 from imaging.alignment import aligned
+from imaging.exposure import unexplained_light
 from trainer.errors import DataError
 from trainer.evaluation.pictures import linear_batches
 from trainer.evaluation.subject import Prediction, Subject
@@ -27,7 +29,6 @@ from trainer.rendering.lighting import shade, shade_by_light
 MOST_STRANGE = 2.0
 """Out-of-class score above which the service does not answer."""
 _ROWS = 12
-_LEAST_LIGHT = 1e-6
 
 
 class Errors(NamedTuple):
@@ -78,7 +79,7 @@ def rerender_errors(
     scene = subject.scene
     side = _square(scene.width, scene.height)
     moved = np.zeros(len(codes), bool) if fitted is None else fitted
-    errors, start = [], 0
+    errors, start = list[float](), 0
     for images in linear_batches(codes):
         numbers = torch.arange(start, start + len(images))
         drawn = _drawn(subject, prediction.of(numbers))
@@ -87,9 +88,9 @@ def rerender_errors(
             for number, image, again in zip(numbers, images, drawn, strict=True)
         ]
         seen, again = (torch.nn.functional.avg_pool2d(pictures, side) for pictures in (torch.stack(brought), drawn))
-        errors.append((seen - again).square().sum((1, 2, 3)) / seen.square().sum((1, 2, 3)).clamp_min(_LEAST_LIGHT))
+        errors += [unexplained_light(one, other) for one, other in zip(seen.numpy(), again.numpy(), strict=True)]
         start += len(images)
-    return np.asarray(torch.cat(errors).double().numpy())
+    return np.array(errors)
 
 
 def _drawn(subject: Subject, told: Prediction) -> Float[Tensor, "N 3 H W"]:
