@@ -1,6 +1,5 @@
 """`make models`, with commands that only pretend: what is trained, how long, and what is chosen."""
 
-import importlib.util
 import json
 import shlex
 import sys
@@ -12,10 +11,10 @@ from typing import Any
 import pytest
 import tyro
 
+from tests.scripts_as_modules import SCRIPTS, loaded
 from trainer.commands.train import TrainCommand
 from trainer.training.checks import check_settings
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 OVERLAPS = {"subdivision": 0.3, "full-block": 0.4}
 
 
@@ -62,14 +61,7 @@ class Commands:
 
 @pytest.fixture
 def script(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    specification = importlib.util.spec_from_file_location("models_script", SCRIPTS / "models.py")
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    monkeypatch.setitem(sys.modules, "models_script", module)
-    specification.loader.exec_module(module)
-    return module
+    return loaded("models", monkeypatch)
 
 
 @pytest.fixture

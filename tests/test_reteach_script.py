@@ -1,36 +1,21 @@
 """`scripts/reteach.py`, with commands that only pretend: what is asked for, and what the figures say of it."""
 
-import importlib.util
 import json
 import shlex
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 import tyro
 
 from exporter.restoring import RestoringOptions
+from tests.scripts_as_modules import loaded
 from trainer.commands.train import TrainCommand
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
 
-
-@pytest.fixture
-def script(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    specification = importlib.util.spec_from_file_location("reteach_script", SCRIPTS / "reteach.py")
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
-def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(
-    script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    script = loaded("reteach", monkeypatch)
     models, asked = tmp_path / "models", list[tuple[str, ...]]()
     models.mkdir()
     first = {"command": "python -m trainer train ...", "seconds": 100.0, "on": "GPU"}
