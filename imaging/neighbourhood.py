@@ -24,7 +24,8 @@ def _highest_above(plane: NDArray[Kind], radius: int) -> NDArray[Kind]:
     if not len(plane):
         return plane
     # The outermost rows lie in every stretch that their copies lie in.
-    found: NDArray[Kind] = plane[np.arange(-radius, len(plane) + radius).clip(0, len(plane) - 1)]
+    found: NDArray[Kind] = np.empty((len(plane) + 2 * radius, *plane.shape[1:]), plane.dtype)
+    found[:radius], found[radius : radius + len(plane)], found[radius + len(plane) :] = plane[0], plane, plane[-1]
     while length < whole:
         step = min(length, whole - length)
         found = np.maximum(found[:-step], found[step:])

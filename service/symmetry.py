@@ -16,6 +16,7 @@ def symmetry_order(probabilities: NDArray[np.floating]) -> int:
     The posterior agrees with itself k bins further as far as Σ pᵣ pᵣ₊ₖ / Σ pᵣ² says.
     """
     bins = len(probabilities)
-    agreement = np.array([probabilities @ np.roll(probabilities, turn) for turn in range(bins)])
+    further = np.arange(bins)[:, None] + np.arange(bins)
+    agreement = probabilities[further % bins] @ probabilities
     orders = (order for order in range(bins, 1, -1) if bins % order == 0)
     return next((order for order in orders if agreement[:: bins // order].min() >= ALIKE * agreement[0]), 1)
