@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -50,7 +51,7 @@ class Options:
     """Options of the benchmark."""
 
     models: Path = Path("models")
-    """Folder of float32 bundles."""
+    """Folder of bundles."""
     only: tuple[str, ...] = ()
     """Names of the models to look at; all by default."""
     objects: int = 60
@@ -69,9 +70,6 @@ def main() -> None:
     known = json.loads(options.output.read_text())["models"] if options.output.exists() else {}
     names = options.only or sorted(path.parent.name for path in options.models.glob("*/manifest.json"))
     for name in names:
-        if lowered := read_bundle(options.models / name).manifest.precision:
-            print(f"{name}: left out, since its bundle is in {lowered.encoder}; what was found of it stays")
-            continue
         origin = {
             "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
             "machine": machine(),
@@ -101,8 +99,9 @@ def look_at(options: Options, bundle: Path) -> dict[str, Any]:
         pictures = read_pictures(
             files, size.width, size.height, camera.distance, camera.field_of_view_degrees, size.zoom
         )
-        bundles = {"float32": bundle}
-        for precision in PRECISIONS[1:]:
+        stored = engine.manifest.precision.encoder if engine.manifest.precision else "float32"
+        bundles = {stored: bundle}
+        for precision in PRECISIONS[PRECISIONS.index(stored) + 1 :]:
             bundles[precision] = Path(work) / precision
             repack(convertible_bundle(bundle, precision), bundles[precision], precision, files)
         judged = from_folder(test, from_bundle(bundle).scene)
@@ -156,7 +155,9 @@ def carried(engine: Engine, pictures: Float32[ndarray, "N 3 H W"]) -> dict[str, 
     }
 
 
-def times(engines: dict[str, Engine], pictures: Float32[ndarray, "N 3 H W"], runs: int) -> dict[str, dict[str, float]]:
+def times(
+    engines: Mapping[PrecisionName, Engine], pictures: Float32[ndarray, "N 3 H W"], runs: int
+) -> dict[str, dict[str, float]]:
     """Median milliseconds of each graph on one picture, in one thread; precisions take turns."""
     taken: dict[str, dict[str, list[float]]] = {name: {"encoder_ms": [], "decoder_ms": []} for name in engines}
     for run in range(runs):

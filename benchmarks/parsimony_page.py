@@ -40,20 +40,20 @@ def carries_table(report: dict[str, Any]) -> list[str]:
 
 
 def precision_table(report: dict[str, Any]) -> list[str]:
-    """Bytes, milliseconds and accuracy of each bundle in float32 / float16 / int8."""
+    """Bytes, milliseconds and accuracy of each bundle in float32 / float16 / int8; a dash for what none was made of."""
     lines = [
         "| | kB | encoder, ms | decoder, ms | IoU | azimuth error | same bin as float32 |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, model in report["models"].items():
-        every = list(model["precisions"].values())
+        every = [model["precisions"].get(precision) for precision in ("float32", "float16", "int8")]
         columns = (
-            [f"{one['bytes'] / 1000:.0f}" for one in every],
-            [f"{one['encoder_ms']:.2f}" for one in every],
-            [f"{one['decoder_ms']:.2f}" for one in every],
-            [f"{one['iou']:.3f}" for one in every],
-            [f"{one['azimuth_error_degrees']:.1f}°" for one in every],
-            [f"{one['same_bin']:.2f}" for one in every if "same_bin" in one],
+            [f"{one['bytes'] / 1000:.0f}" if one else "–" for one in every],
+            [f"{one['encoder_ms']:.2f}" if one else "–" for one in every],
+            [f"{one['decoder_ms']:.2f}" if one else "–" for one in every],
+            [f"{one['iou']:.3f}" if one else "–" for one in every],
+            [f"{one['azimuth_error_degrees']:.1f}°" if one else "–" for one in every],
+            [f"{one['same_bin']:.2f}" for one in every if one and "same_bin" in one],
         )
         lines.append(f"| {name} | {' | '.join(' / '.join(column) for column in columns)} |")
     return lines
