@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 Colour = tuple[float, float, float]
+Symmetry = Literal["none", "mirror", "two-mirrors"]
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,10 @@ class ModelConfig:
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
     blocks: int = 0
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
-    symmetry: Literal["none", "mirror"] = "none"
+    symmetry: Symmetry = "none"
     """`mirror` makes every shape its own mirror image, left to right: the decoder learns half as much. The second half
-    of blocks are then the images of the first."""
+    of blocks are then the images of the first. `two-mirrors`, of a `subdivision` alone, makes it one front to back as
+    well, for what has no front: the decoder learns a quarter, and the side that is seen tells the other."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     light: Literal["fixed", "varying"] = "fixed"

@@ -14,13 +14,13 @@ from rich.console import Console
 
 from trainer.commands.fresh import FreshOptions, drawn_scene
 from trainer.commands.preparation import check_preparation, report_preparation
-from trainer.config import CameraConfig, TrainConfig
+from trainer.config import CameraConfig, Symmetry, TrainConfig
 from trainer.data.scene import SCENE_FILE
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
 from trainer.presets import load_preset
 from trainer.selection.bound import empty_log_likelihood
-from trainer.selection.candidates import Candidate, Light, Symmetry, config_of, grid
+from trainer.selection.candidates import Candidate, Light, config_of, grid
 from trainer.selection.choice import choose
 from trainer.selection.halving import Budget, halve
 from trainer.selection.held_out import by_object, check_split, held_out
@@ -61,7 +61,7 @@ class SelectCommand:
     lights: tuple[Light, ...] = ("fixed", "varying")
     """Whether the lights stand still, or turn by an angle that is inferred from each picture."""
     symmetries: tuple[Symmetry, ...] = ("none", "mirror")
-    """Whether shapes are free, or their own mirror images, left to right."""
+    """Whether shapes are free, or their own mirror images: left to right, and with two-mirrors front to back, too."""
     preset: str = "balanced"
     """Named settings, or a TOML file, that all candidates share; its --model.* as far as no option here sets it."""
     steps: int = 0

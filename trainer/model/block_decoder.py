@@ -11,7 +11,7 @@ from trainer.geometry.blocks import chamfered_cube, loose_cluster
 from trainer.geometry.conventions import euler_rotation
 from trainer.geometry.normals import vertex_normals
 from trainer.model.decoder import DISPLACEMENT_UNIT, INITIAL_SPREAD, Part
-from trainer.model.mirror import COORDINATES, ROTATIONS, SCALES, mirrored_pairs, reflected, tie
+from trainer.model.mirror import COORDINATES, ROTATIONS, SCALES, mirrored_pairs, reflected, tie, tied
 
 # A block without extent has no normals.
 SMALLEST_SIDE = 1e-3
@@ -58,7 +58,7 @@ class BlockDecoder(nn.Module):
                 nn.init.normal_(layer.weight, std=INITIAL_SPREAD)
                 nn.init.zeros_(layer.bias)
                 if mirrored:
-                    tie(layer, mirror, signs)
+                    tie(layer, tied(mirror, signs))
 
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame, block by block."""

@@ -1,5 +1,6 @@
 """F_φ(z) of Appendix A and M(Π) of section 3: from a shape code to vertices."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
@@ -8,7 +9,7 @@ from torch import Tensor, nn
 
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import BaseMesh
-from trainer.model.mirror import COORDINATES, mirrored_points, tie
+from trainer.model.mirror import tie, tied_points
 
 # Displacements are learnt in this unit (a diagonal of the object is 1), so that weights are of ordinary size.
 DISPLACEMENT_UNIT = 0.3
@@ -24,13 +25,13 @@ class Part(NamedTuple):
 
 
 class SubdivisionDecoder(nn.Module):
-    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself. If `mirrored`,
-    every shape is its own mirror image in x."""
+    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself. Every shape is its
+    own mirror image in the planes across the axes `mirrored`: 0 is left to right, 2 front to back."""
 
     base_vertices: Tensor
     faces: Tensor
 
-    def __init__(self, latent: int, hidden: int, base: BaseMesh, mirrored: bool = False) -> None:
+    def __init__(self, latent: int, hidden: int, base: BaseMesh, mirrored: Sequence[int] = ()) -> None:
         super().__init__()
         self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
         self.register_buffer("faces", torch.as_tensor(base.faces))
@@ -40,7 +41,7 @@ class SubdivisionDecoder(nn.Module):
         nn.init.normal_(self.displacements.weight, std=INITIAL_SPREAD)
         nn.init.zeros_(self.displacements.bias)
         if mirrored:
-            tie(self.displacements, mirrored_points(base.vertices), COORDINATES)
+            tie(self.displacements, tied_points(base.vertices, mirrored))
 
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame."""

@@ -1,10 +1,12 @@
 """Linear layers whose outputs are mirrored in x = 0: half of them are learnt, the others are theirs, with a sign.
 
 A reflection in x turns the sign of x coordinates, and of rotations about y and z; of coordinates, scales and rotations
-nothing else changes. A shape that is its own mirror image is so a matter of which rows of the decoder's last layers are
-tied; what computes with their outputs does not know.
+nothing else changes. Points may be mirrored in z = 0 as well: then a quarter is learnt. A shape that is its own mirror
+image is so a matter of which rows of the decoder's last layers are tied; what computes with their outputs does not
+know.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +23,15 @@ SCALES: Signs = (1.0, 1.0, 1.0)
 ROTATIONS: Signs = (-1.0, 1.0, -1.0)
 
 
+class Ties(NamedTuple):
+    """What each of N things has in place of three numbers of its own."""
+
+    source: Int64[np.ndarray, "N"]
+    """The thing that is learnt: a thing itself, or the one whose image it is."""
+    sign: Float[np.ndarray, "N 3"]
+    """What that one's numbers are multiplied with; 0 for those that the mirror it lies in does not leave free."""
+
+
 class Mirror(NamedTuple):
     """Which of N things is whose mirror image."""
 
@@ -30,13 +41,14 @@ class Mirror(NamedTuple):
     """1 for those that are learnt; −1 for their mirror images; 0 for those in the mirror, their own images."""
 
 
-def mirrored_points(points: Float[np.ndarray, "V 3"]) -> Mirror:
-    """The mirror of points that come in pairs, or lie in x = 0; those of positive x are learnt."""
-    images = points * COORDINATES
-    other = np.abs(points[:, None] - images).sum(-1).argmin(0)
-    number = np.arange(len(points))
-    side = np.where(other == number, 0, np.where(points[:, 0] > 0, 1, -1))
-    return Mirror(np.where(side < 0, other, number), side)
+def tied_points(points: Float[np.ndarray, "V 3"], axes: Sequence[int]) -> Ties:
+    """The displacements of points that come as their own images in the planes across some axes, or lie in these; those
+    on the positive side of each plane are learnt."""
+    learnt, sign = points.copy(), np.ones_like(points)
+    for axis in axes:
+        learnt[:, axis] = np.abs(points[:, axis])
+        sign[:, axis] = np.sign(points[:, axis].round(9))
+    return Ties(np.abs(points[:, None] - learnt).sum(-1).argmin(0), sign)
 
 
 def mirrored_pairs(count: int) -> Mirror:
@@ -54,15 +66,20 @@ def reflected(values: Float[np.ndarray, "N 3"], mirror: Mirror, signs: Signs) ->
     return images
 
 
-def tie(layer: nn.Linear, mirror: Mirror, signs: Signs) -> None:
+def tied(mirror: Mirror, signs: Signs) -> Ties:
+    """Three numbers for each thing that a mirror has."""
+    return Ties(mirror.source, _signs(mirror, signs))
+
+
+def tie(layer: nn.Linear, ties: Ties) -> None:
     """Makes a layer of three outputs for each thing learn only those that are free."""
-    sign = _signs(mirror, signs)
-    free = np.flatnonzero((mirror.side[:, None] >= 0) & (sign != 0))
-    place = np.zeros(sign.size, np.int64)
+    own = ties.source == np.arange(len(ties.source))
+    free = np.flatnonzero(own[:, None] & (ties.sign != 0))
+    place = np.zeros(ties.sign.size, np.int64)
     place[free] = np.arange(len(free))
-    source = place[3 * mirror.source[:, None] + np.arange(3)].ravel()
+    source = place[3 * ties.source[:, None] + np.arange(3)].ravel()
     for name in ("weight", "bias"):
-        parametrize.register_parametrization(layer, name, _Tied(source, sign.ravel(), free))
+        parametrize.register_parametrization(layer, name, _Tied(source, ties.sign.ravel(), free))
 
 
 def _signs(mirror: Mirror, signs: Signs) -> Float[np.ndarray, "N 3"]:

@@ -5,7 +5,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from trainer import processes, recording
-from trainer.config import ModelConfig
+from trainer.config import ModelConfig, Symmetry
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
@@ -14,6 +14,8 @@ from trainer.model.posterior import Posterior, PosteriorHeads
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
 BASE_CUBE_SIDE = 0.4
+# Across which axes shapes are their own mirror images.
+MIRRORS: dict[Symmetry, tuple[int, ...]] = {"none": (), "mirror": (0,), "two-mirrors": (0, 2)}
 # Blocks of an object (Appendix B).
 ORTHO_BLOCKS, FULL_BLOCKS = 6, 12
 
@@ -49,11 +51,11 @@ class Model(nn.Module):
 
 def decoder_of(config: ModelConfig) -> Decoder:
     """The decoder of a parameterisation, new."""
-    mirrored = config.symmetry == "mirror"
+    mirrored = config.symmetry != "none"
     match config.parameterisation:
         case "subdivision":
             base = subdivided_cube(config.segments, BASE_CUBE_SIDE)
-            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
+            return SubdivisionDecoder(config.latent, config.hidden, base, MIRRORS[config.symmetry])
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
             return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False, mirrored=mirrored)

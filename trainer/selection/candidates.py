@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple, cast, get_args
 
-from trainer.config import ModelConfig, TrainConfig
+from trainer.config import ModelConfig, Symmetry, TrainConfig
 from trainer.errors import ConfigError
 from trainer.training.checks import check_settings
 
 Parameterisation = Literal["subdivision", "ortho-block", "full-block"]
 Light = Literal["fixed", "varying"]
-Symmetry = Literal["none", "mirror"]
 
 _FORM = re.compile(rf"({'|'.join(get_args(Parameterisation))})-([1-9]\d*)")
 
@@ -41,7 +40,8 @@ class Candidate(NamedTuple):
     @property
     def name(self) -> str:
         """Also its folder's."""
-        return f"{self.form.name}_latent-{self.latent}_{self.light}{'' if self.symmetry == 'none' else '_mirror'}"
+        symmetry = "" if self.symmetry == "none" else f"_{self.symmetry}"
+        return f"{self.form.name}_latent-{self.latent}_{self.light}{symmetry}"
 
 
 def parse_form(text: str) -> Form:

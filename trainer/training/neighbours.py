@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float
 from torch import Tensor, nn
 
 from trainer import processes
+from trainer.config import Symmetry
 from trainer.geometry.conventions import wrap_angle
 
 # Pictures that are remembered: about all of a small folder.
@@ -48,22 +49,27 @@ def lent_codes(
     codes: Float[Tensor, "B Z"],
     azimuths: Float[Tensor, "B"],
     directions: Float[Tensor, "B"],
-    mirrored: bool,
+    symmetry: Symmetry,
 ) -> Float[Tensor, "B Z"]:
     """The code of each picture's neighbour, without gradient; its own where there is none.
 
     `directions` are the azimuths to be seen from, radians. A shape that is its own mirror image shows the same from
-    either side, so then a neighbour's azimuth may have either sign.
+    either side, so then a neighbour's azimuth may have either sign; and with two mirrors, be turned by half a turn.
     """
     with torch.no_grad():
-        apart = _between(azimuths, memory.azimuths, mirrored) >= APART
-        near = _between(directions, memory.azimuths, mirrored) <= NEAR
+        apart = _between(azimuths, memory.azimuths, symmetry) >= APART
+        near = _between(directions, memory.azimuths, symmetry) <= NEAR
         eligible: Bool[Tensor, "B M"] = apart & near
         distance, nearest = torch.cdist(codes, memory.codes).where(eligible, math.inf).min(1)
         return torch.where(distance.isfinite()[:, None], memory.codes[nearest], codes)
 
 
-def _between(azimuths: Float[Tensor, "B"], others: Float[Tensor, "M"], mirrored: bool) -> Float[Tensor, "B M"]:
-    """Angles from 0 to π between each two; NaN where one is."""
+def _between(azimuths: Float[Tensor, "B"], others: Float[Tensor, "M"], symmetry: Symmetry) -> Float[Tensor, "B M"]:
+    """Angles from 0 to π between each two, or their likes; NaN where one is."""
     angle = wrap_angle(azimuths[:, None] - others).abs()
-    return torch.minimum(angle, wrap_angle(azimuths[:, None] + others).abs()) if mirrored else angle
+    if symmetry == "none":
+        return angle
+    other_side = wrap_angle(azimuths[:, None] + others).abs()
+    if symmetry == "mirror":
+        return torch.minimum(angle, other_side)
+    return torch.stack([angle, other_side, math.pi - angle, math.pi - other_side]).amin(0)

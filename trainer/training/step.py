@@ -124,8 +124,8 @@ def forward(
         azimuth = centres[by_azimuth.argmax(1)] + posterior.azimuth_fine_mean
     lent = None
     if weights.neighbours and memory is not None and responsibility is not None:
-        mirrored = model.config.symmetry == "mirror"
-        codes = lent_codes(memory, posterior.shape_mean, azimuth, uniform_azimuths(images, generator), mirrored)
+        directions = uniform_azimuths(images, generator)
+        codes = lent_codes(memory, posterior.shape_mean, azimuth, directions, model.config.symmetry)
         borrowed = hypotheses(
             model.decode(codes),
             azimuth_fine.detach(),

@@ -80,3 +80,26 @@ def test_a_mirrored_blocks_image_is_turned_the_other_way_round() -> None:
     images = blocks[0] * [-1, 1, 1]
     assert farthest(torch.tensor(images), torch.tensor(blocks[1])) < 1e-6
     assert np.abs(blocks[0].mean(0)[0] + blocks[1].mean(0)[0]) < 1e-6
+
+
+@pytest.mark.parametrize("segments", [3, 4])
+def test_two_mirrors_make_every_shape_the_same_from_front_and_back_too_and_learn_a_quarter(segments: int) -> None:
+    free, twice = (
+        decoder_of(ModelConfig(symmetry=symmetry, segments=segments)) for symmetry in ("none", "two-mirrors")
+    )
+    assert torch.equal(free.faces, twice.faces)
+    with torch.no_grad():
+        assert farthest(twice(torch.randn(40, 12)), twice.base_vertices) < 0.06
+        for parameter in twice.parameters():
+            parameter.normal_(std=0.7)
+        shapes = twice(torch.randn(6, 12))
+    for axis in ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]):
+        assert all(farthest(vertices * torch.tensor(axis), vertices) < 1e-6 for vertices in shapes)
+    assert all(farthest(vertices * torch.tensor([1.0, -1.0, 1.0]), vertices) > 0.05 for vertices in shapes)
+    learnt, less = (sum(p.numel() for p in decoder.parameters()) - 13 * 32 for decoder in (free, twice))
+    # What lies in a mirror keeps two of three numbers, what lies in both one.
+    assert 0.25 <= less / learnt <= 0.36
+    (twice(torch.randn(40, 12)) * torch.randn(twice.base_vertices.shape)).sum().backward()
+    for name, parameter in twice.named_parameters():
+        assert parameter.grad is not None
+        assert parameter.grad.abs().sum() > 0, name

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from tests.trainer.training.runs import run, with_steps
-from trainer.config import LossConfig, OptimiserConfig, TrainConfig
+from trainer.config import LossConfig, OptimiserConfig, Symmetry, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.geometry.conventions import wrap_angle
 from trainer.model.posterior import bin_centres, most_probable_azimuth
@@ -47,15 +47,19 @@ def test_the_latest_are_remembered_in_memory_that_stays() -> None:
     assert where == (memory.codes.data_ptr(), memory.azimuths.data_ptr())
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_a_neighbour_is_the_nearest_of_those_from_the_direction_that_was_drawn(mirrored: bool) -> None:
+@pytest.mark.parametrize("symmetry", ["none", "mirror", "two-mirrors"])
+def test_a_neighbour_is_the_nearest_of_those_from_the_direction_that_was_drawn(symmetry: Symmetry) -> None:
     memory, generator = filled(300), torch.Generator().manual_seed(1)
     codes = torch.randn(40, LATENT, generator=generator)
     azimuths, directions = 5 * torch.randn(2, 40, generator=generator)
-    found = lent_codes(memory, codes, azimuths, directions, mirrored)
+    found = lent_codes(memory, codes, azimuths, directions, symmetry)
 
     def between(one: float, other: float) -> float:
         return math.acos(max(-1.0, min(1.0, math.cos(one - other))))
+
+    def like(seen: float) -> list[float]:
+        sides = [seen] if symmetry == "none" else [seen, -seen]
+        return sides + [side + math.pi for side in sides] if symmetry == "two-mirrors" else sides
 
     known = [(code, float(azimuth)) for code, azimuth in zip(memory.codes, memory.azimuths, strict=True)][-300:]
     alone = 0
@@ -63,8 +67,8 @@ def test_a_neighbour_is_the_nearest_of_those_from_the_direction_that_was_drawn(m
         eligible = [
             other
             for other, seen in known
-            if min(between(azimuth, side) for side in ((seen, -seen) if mirrored else (seen,))) >= APART
-            and min(between(direction, side) for side in ((seen, -seen) if mirrored else (seen,))) <= NEAR
+            if min(between(azimuth, side) for side in like(seen)) >= APART
+            and min(between(direction, side) for side in like(seen)) <= NEAR
         ]
         alone += not eligible
         expected = min(eligible, key=lambda other: float((other - code).square().sum()), default=code)
