@@ -67,7 +67,8 @@ def test_the_models_that_ship(name: str) -> None:
 
 
 def test_every_model_that_ships_is_in_the_table() -> None:
-    assert rows(section("The models that ship")).keys() == SHIPPED.keys()
+    _, judged = section("The models that ship").split("\n| | IoU |")
+    assert rows(f"| | IoU |{judged}").keys() == SHIPPED.keys()
 
 
 @pytest.mark.parametrize("name", SHIPPED)
