@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int, Integer, UInt8
 from numpy import ndarray
+from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from imaging.framing import Frame, frame_of
@@ -158,8 +159,9 @@ def _decoded(
     folder: Path, names: list[str], frame: Frame, framed: bool
 ) -> tuple[tuple[str, ...], list[Decoded], Preparation, tuple[str, ...]]:
     """The names of pictures that can be used, the pictures, how they were prepared, and what cannot be read."""
-    # Beyond a few threads the reading of many small files gains nothing.
-    with ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
+    # Beyond a few threads the reading of many small files gains nothing; and those of BLAS, for products as small as a
+    # picture's, would only keep each other waiting.
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
         found = list(pool.map(lambda name: decode_picture(folder / name, frame, framed), names))
     unusable = [result for result in found if isinstance(result, Unusable)]
     kept = [(name, result) for name, result in zip(names, found, strict=True) if isinstance(result, Decoded)]

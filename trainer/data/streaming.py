@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Float
+from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from trainer import processes
@@ -100,7 +101,8 @@ class ShardPictures:
         """The pictures of these shards, decoded. Raises DataError where none of them can be used."""
         decode = partial(decode_content, frame=frame_in(self.scene), framed=self.framed)
         rows, pictures, unusable = [], [], []
-        with ThreadPoolExecutor(DECODING_THREADS) as pool:
+        # One thread of BLAS for each: its own would only keep each other waiting.
+        with threadpool_limits(1, "blas"), ThreadPoolExecutor(DECODING_THREADS) as pool:
             for shard in shards:
                 samples = read_shard(self.folder / shard.name)
                 names = [f"{shard.name}, {row.file_name}" for row, _ in samples]
