@@ -17,6 +17,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from benchmarks.bundles import TEST_SEED, VALIDATION_SEED, add_options, measure_bundles, rendered
 from imaging.preparation import Prepared
@@ -49,6 +50,8 @@ def main() -> int:
     parser.add_argument("--iterations", type=int, default=4, help="of refinement")
     add_options(parser, 200, 12, Path("benchmarks/refinement.json"))
     arguments = parser.parse_args()
+    # As the service has it.
+    threadpool_limits(1, "blas")
     measure_bundles("benchmarks.refinement", arguments, measured, iterations=arguments.iterations)
     return 0
 
