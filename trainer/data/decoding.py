@@ -1,10 +1,15 @@
 """One picture file of a folder, as the model sees it, or why it cannot be used."""
 
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from jaxtyping import UInt8
 from numpy import ndarray
+from threadpoolctl import threadpool_limits
 
 from imaging.errors import BackgroundError, PictureError
 from imaging.framing import Frame
@@ -13,6 +18,8 @@ from imaging.srgb import encode
 
 MOST_PIXELS = 50_000_000
 """Pictures with more pixels are not decoded."""
+THREADS = min(8, 2 * (os.cpu_count() or 1))
+"""Beyond a few, the reading of many small files gains nothing."""
 
 
 class Decoded(NamedTuple):
@@ -30,6 +37,14 @@ class Unusable(NamedTuple):
     """Which file, what was expected, and what was found."""
     refused: bool
     """Whether it is a picture, but one whose object cannot be told from its background."""
+
+
+@contextmanager
+def decoders() -> Iterator[Executor]:
+    """Threads that decode pictures side by side. Those of BLAS rest meanwhile: for products as small as a picture's
+    they would only keep each other waiting."""
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(THREADS) as pool:
+        yield pool
 
 
 def decode_picture(path: Path, frame: Frame, framed: bool) -> Decoded | Unusable:

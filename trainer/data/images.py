@@ -3,10 +3,8 @@
 import dataclasses
 import logging
 import math
-import os
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,14 +12,13 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int, Integer, UInt8
 from numpy import ndarray
-from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from imaging.framing import Frame, frame_of
 from imaging.srgb import decode_table
 from rasteriser.compilation import kernel
 from trainer.config import SceneConfig
-from trainer.data.decoding import Decoded, Unusable, decode_picture
+from trainer.data.decoding import Decoded, Unusable, decode_picture, decoders
 from trainer.data.lens import largest_zoom, through_lens_of, zoomed
 from trainer.data.metadata import METADATA_FILE, Row, read_metadata
 from trainer.data.scene import read_scene
@@ -159,9 +156,7 @@ def _decoded(
     folder: Path, names: list[str], frame: Frame, framed: bool
 ) -> tuple[tuple[str, ...], list[Decoded], Preparation, tuple[str, ...]]:
     """The names of pictures that can be used, the pictures, how they were prepared, and what cannot be read."""
-    # Beyond a few threads the reading of many small files gains nothing; and those of BLAS, for products as small as a
-    # picture's, would only keep each other waiting.
-    with threadpool_limits(1, "blas"), ThreadPoolExecutor(min(8, 2 * (os.cpu_count() or 1))) as pool:
+    with decoders() as pool:
         found = list(pool.map(lambda name: decode_picture(folder / name, frame, framed), names))
     unusable = [result for result in found if isinstance(result, Unusable)]
     kept = [(name, result) for name, result in zip(names, found, strict=True) if isinstance(result, Decoded)]

@@ -7,7 +7,6 @@ alone: a training that goes on opens the shards it needs, and no other.
 
 import itertools
 import logging
-import os
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -18,21 +17,17 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Float
-from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from trainer import processes
 from trainer.config import SceneConfig
-from trainer.data.decoding import Decoded, decode_content
+from trainer.data.decoding import Decoded, decode_content, decoders
 from trainer.data.images import ImageSet, Preparation, fitted, frame_in, image_set
 from trainer.data.lens import largest_zoom, zoomed
 from trainer.data.scene import read_scene
 from trainer.data.shards import Shard, read_index, read_shard
 from trainer.data.source import MOST_SHOWN, Minibatch, batch_indices, grouped_indices, step_generator
 from trainer.errors import DataError
-
-# As many as decode a folder: more gain nothing.
-DECODING_THREADS = min(8, 2 * (os.cpu_count() or 1))
 
 logger = logging.getLogger(__name__)
 
@@ -101,8 +96,7 @@ class ShardPictures:
         """The pictures of these shards, decoded. Raises DataError where none of them can be used."""
         decode = partial(decode_content, frame=frame_in(self.scene), framed=self.framed)
         rows, pictures, unusable = [], [], []
-        # One thread of BLAS for each: its own would only keep each other waiting.
-        with threadpool_limits(1, "blas"), ThreadPoolExecutor(DECODING_THREADS) as pool:
+        with decoders() as pool:
             for shard in shards:
                 samples = read_shard(self.folder / shard.name)
                 names = [f"{shard.name}, {row.file_name}" for row, _ in samples]

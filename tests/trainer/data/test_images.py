@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from imaging.framing import frame_of
 from imaging.preparation import prepare
 from imaging.srgb import encode
 from tests.imaging.photographs import before, boards, cutout, photographed, plain, transparent
 from trainer.config import CameraConfig, SceneConfig
-from trainer.data.decoding import Unusable, decode_picture
+from trainer.data.decoding import Unusable, decode_picture, decoders
 from trainer.data.images import Preparation, load_image_folder
 from trainer.data.metadata import Row, write_metadata
 from trainer.data.picture import draw
@@ -247,3 +248,13 @@ def test_an_image_set_cannot_be_changed(tmp_path: Path) -> None:
     images = load_image_folder(rendered(tmp_path, 1), 2, 2)
     with pytest.raises(dataclasses.FrozenInstanceError):
         images.names = ()  # type: ignore[misc]
+
+
+def test_pictures_are_decoded_side_by_side_while_blas_s_own_threads_rest() -> None:
+    def blas_threads(_: int) -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    with threadpool_limits(2, "blas"):
+        with decoders() as pool:
+            assert set.union(*pool.map(blas_threads, range(4))) == {1}
+        assert blas_threads(0) == {2}
