@@ -47,13 +47,19 @@ def precision_table(report: dict[str, Any]) -> list[str]:
     ]
     for name, model in report["models"].items():
         every = [model["precisions"].get(precision) for precision in ("float32", "float16", "int8")]
-        columns = (
-            [f"{one['bytes'] / 1000:.0f}" if one else "–" for one in every],
-            [f"{one['encoder_ms']:.2f}" if one else "–" for one in every],
-            [f"{one['decoder_ms']:.2f}" if one else "–" for one in every],
-            [f"{one['iou']:.3f}" if one else "–" for one in every],
-            [f"{one['azimuth_error_degrees']:.1f}°" if one else "–" for one in every],
-            [f"{one['same_bin']:.2f}" for one in every if one and "same_bin" in one],
-        )
-        lines.append(f"| {name} | {' | '.join(' / '.join(column) for column in columns)} |")
+        columns = [
+            [
+                f"{one['bytes'] / 1000:.0f}",
+                f"{one['encoder_ms']:.2f}",
+                f"{one['decoder_ms']:.2f}",
+                f"{one['iou']:.3f}",
+                f"{one['azimuth_error_degrees']:.1f}°",
+            ]
+            if one
+            else ["–"] * 5
+            for one in every
+        ]
+        same = " / ".join(f"{one['same_bin']:.2f}" for one in every if one and "same_bin" in one)
+        cells = [" / ".join(values) for values in zip(*columns, strict=True)]
+        lines.append(f"| {' | '.join([name, *cells, same])} |")
     return lines
