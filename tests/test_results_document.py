@@ -20,7 +20,10 @@ def figures(path: str) -> dict[str, Any]:
 
 SHIPPED = figures("models/figures.json")
 REFINED = figures("benchmarks/refinement.json")["models"]
-CUT_OUT, FORMER = (figures(name)["models"] for name in ("benchmarks/cutouts.json", "docs/results/placement.json"))
+CUT_OUT, FORMER, OTHER_CAMERAS_BEFORE = (
+    figures(name)["models"]
+    for name in ("benchmarks/cutouts.json", "docs/results/placement.json", "docs/results/cutouts-before.json")
+)
 INVENTED = figures("docs/results/samples.json")["models"]
 CEILINGS = figures("docs/results/ceilings.json")["iou"]
 
@@ -216,15 +219,27 @@ def told(judged: list[dict[str, Any]]) -> str:
     return f"{iou:.2f}, {right:.2f}"
 
 
+CAMERAS = ("cut out", "darker", "brighter")
+RULED, SEARCHED = "cut out, 0 rounds", "cut out, 2 rounds"
+
+
 @pytest.mark.parametrize("name", [*CUT_OUT, "mean"])
-def test_cut_out_objects(name: str) -> None:
-    names = list(CUT_OUT) if name == "mean" else [name]
-    expected = []
-    for source in ("test", "real_meshes"):
-        expected += [told([CUT_OUT[one][source][way] for one in names]) for way in ("framed", "cut out")]
-        former = ("cut out, 0 rounds", "cut out, 2 rounds")
-        expected += [told([FORMER[one][source][way] for one in names]) for way in former]
-    assert rows(section("Cut-out objects"))[name] == expected
+@pytest.mark.parametrize(
+    ("document", "head", "models", "sources", "ways"),
+    [
+        (RESULTS, "framed | cut out", CUT_OUT, ("test", "real_meshes"), ("framed", *CAMERAS)),
+        (TRIALS, "framed | by rule", FORMER, ("test", "real_meshes"), ("framed", RULED, SEARCHED)),
+        (TRIALS, "cut out | half the light", OTHER_CAMERAS_BEFORE, ("test",), CAMERAS),
+    ],
+    ids=["today", "before the phase", "before other cameras"],
+)
+def test_cut_out_objects(
+    name: str, document: str, head: str, models: dict[str, Any], sources: tuple[str, ...], ways: tuple[str, ...]
+) -> None:
+    table = document.split(f"\n| | {head} |")[1].split("\n\n")[0]
+    names = list(models) if name == "mean" else [name]
+    expected = [told([models[one][source][way] for one in names]) for source in sources for way in ways]
+    assert rows(table)[name] == expected
 
 
 def test_auto() -> None:
