@@ -236,7 +236,7 @@ RULED, SEARCHED = "cut out, 0 rounds", "cut out, 2 rounds"
 def test_cut_out_objects(
     name: str, document: str, head: str, models: dict[str, Any], sources: tuple[str, ...], ways: tuple[str, ...]
 ) -> None:
-    table = document.split(f"\n| | {head} |")[1].split("\n\n")[0]
+    table = document.split(f"\n| | {head} |")[1].split("\n\n", maxsplit=1)[0]
     names = list(models) if name == "mean" else [name]
     expected = [told([models[one][source][way] for one in names]) for source in sources for way in ways]
     assert rows(table)[name] == expected
