@@ -33,6 +33,7 @@ class Model:
 CLOSER: Final = ("--width", "96", "--height", "72")
 # 218 vertices instead of 98: a coarser mesh makes a hollow with one vertex, and that a spike.
 FINER: Final = ("--model.segments", "6")
+# What one object's picture hides, those of others like it show (docs/decisions.md).
 LENDING: Final = ("--loss.neighbour-weight", "1")
 # Where hardly anything tells front from back, shapes need not wait for poses.
 EARLY: Final = ("--loss.kl-cooling-steps", "100")
@@ -56,7 +57,6 @@ MODELS: Final = (
     # and lamps do not gain by more pixels, benches and tables not by a finer mesh, lamps not by more steps.
     Model("bench", "bench", "detailed", 12000),
     told(Model("car", "car", "sharp", 4500, (*CLOSER, *FINER))),
-    # What one chair's picture hides, those of others like it show (docs/decisions.md).
     told(Model("chair", "chair", "detailed", 6000, LENDING), *LENDING),
     Model("jar", "jar", "detailed", 4500, (*EARLY, *FINER)),
     Model("lamp", "lamp", "detailed", 6000, FINER),
