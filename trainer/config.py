@@ -83,8 +83,9 @@ class ModelConfig:
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
     symmetry: Symmetry = "none"
     """`mirror` makes every shape its own mirror image, left to right: the decoder learns half as much. The second half
-    of blocks are then the images of the first. `two-mirrors`, of a `subdivision` alone, makes it one front to back as
-    well, for what has no front: the decoder learns a quarter, and the side that is seen tells the other."""
+    of blocks are then the images of the first, and the last of an odd number lies in the mirror. `two-mirrors` makes it
+    one front to back as well, for what has no front: the decoder learns a quarter, and the side that is seen tells the
+    other."""
     azimuth_bins: int = 12
     """Coarse bins R_θ of the azimuth (paper: 12, Appendix B)."""
     light: Literal["fixed", "varying"] = "fixed"

@@ -1,6 +1,7 @@
 """F_φ(z) and M(Π) of the block parameterisations: a shape code becomes cuboids, and these one mesh (section 3)."""
 
 import math
+from collections.abc import Sequence
 
 import torch
 from jaxtyping import Float
@@ -11,7 +12,7 @@ from trainer.geometry.blocks import chamfered_cube, loose_cluster
 from trainer.geometry.conventions import euler_rotation
 from trainer.geometry.normals import vertex_normals
 from trainer.model.decoder import DISPLACEMENT_UNIT, INITIAL_SPREAD, Part
-from trainer.model.mirror import COORDINATES, ROTATIONS, SCALES, mirrored_pairs, reflected, tie, tied
+from trainer.model.mirror import Kind, mirrored_copies, reflected, tie, tied
 
 # A block without extent has no normals.
 SMALLEST_SIDE = 1e-3
@@ -24,8 +25,8 @@ class BlockDecoder(nn.Module):
 
     Scales are a softplus, so that they are positive, and no side is shorter than SMALLEST_SIDE, in diagonals of the
     object; the other parameters are free. Starts at (almost) a loose cluster
-    of upright cubes. Each block has 24 vertices and 44 faces of its own, and blocks may overlap. If `mirrored`, the
-    second half of them are the mirror images in x of the first, and the last of an odd number is its own.
+    of upright cubes. Each block has 24 vertices and 44 faces of its own, and blocks may overlap. Every shape is its own
+    mirror image in the planes across the axes `mirrored`, as blocks are images of one another (`mirrored_copies`).
     """
 
     base_vertices: Tensor
@@ -34,14 +35,13 @@ class BlockDecoder(nn.Module):
     locations: Tensor
 
     def __init__(
-        self, latent: int, hidden: int, blocks: int, side: float, turning: bool, mirrored: bool = False
+        self, latent: int, hidden: int, blocks: int, side: float, turning: bool, mirrored: Sequence[int] = ()
     ) -> None:
         super().__init__()
         block = chamfered_cube()
         centres, self.block_side = loose_cluster(blocks, side)
-        mirror = mirrored_pairs(blocks)
-        if mirrored:
-            centres = reflected(centres, mirror, COORDINATES)
+        mirrors = mirrored_copies(blocks, mirrored)
+        centres = reflected(centres, mirrors)
         self.register_buffer("corners", torch.as_tensor(block.vertices, dtype=torch.float32))
         self.register_buffer("locations", torch.as_tensor(centres, dtype=torch.float32))
         self.register_buffer(
@@ -53,12 +53,17 @@ class BlockDecoder(nn.Module):
         self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
         self.offsets, self.scales = nn.Linear(hidden, 3 * blocks), nn.Linear(hidden, 3 * blocks)
         self.angles = nn.Linear(hidden, 3 * blocks) if turning else None
-        for layer, signs in ((self.offsets, COORDINATES), (self.scales, SCALES), (self.angles, ROTATIONS)):
+        layers: tuple[tuple[nn.Linear | None, Kind], ...] = (
+            (self.offsets, "coordinates"),
+            (self.scales, "scales"),
+            (self.angles, "rotations"),
+        )
+        for layer, kind in layers:
             if layer is not None:
                 nn.init.normal_(layer.weight, std=INITIAL_SPREAD)
                 nn.init.zeros_(layer.bias)
                 if mirrored:
-                    tie(layer, tied(mirror, signs))
+                    tie(layer, tied(mirrors, kind))
 
     def forward(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B V 3"]:
         """Vertices in the object frame, block by block."""

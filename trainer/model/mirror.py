@@ -1,13 +1,13 @@
 """Linear layers whose outputs are mirrored in x = 0: half of them are learnt, the others are theirs, with a sign.
 
 A reflection in x turns the sign of x coordinates, and of rotations about y and z; of coordinates, scales and rotations
-nothing else changes. Points may be mirrored in z = 0 as well: then a quarter is learnt. A shape that is its own mirror
+nothing else changes. All may be mirrored in z = 0 as well: then a quarter is learnt. A shape that is its own mirror
 image is so a matter of which rows of the decoder's last layers are tied; what computes with their outputs does not
 know.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -15,12 +15,10 @@ from jaxtyping import Float, Int64
 from torch import Tensor, nn
 from torch.nn.utils import parametrize
 
-Signs = tuple[float, float, float]
-
-# What a reflection in x makes of three numbers; of angles as `euler_rotation` has them.
-COORDINATES: Signs = (-1.0, 1.0, 1.0)
-SCALES: Signs = (1.0, 1.0, 1.0)
-ROTATIONS: Signs = (-1.0, 1.0, -1.0)
+Kind = Literal["coordinates", "scales", "rotations"]
+"""What three numbers of a thing are; rotations are angles as `euler_rotation` has them."""
+ROTATION_AXES: Final = (1, 0, 2)
+"""What the three angles turn about: y, x, z."""
 
 
 class Ties(NamedTuple):
@@ -32,13 +30,13 @@ class Ties(NamedTuple):
     """What that one's numbers are multiplied with; 0 for those that the mirror it lies in does not leave free."""
 
 
-class Mirror(NamedTuple):
-    """Which of N things is whose mirror image."""
+class Mirrors(NamedTuple):
+    """Which of N things is whose mirror image, in the planes across some axes."""
 
     source: Int64[np.ndarray, "N"]
-    """The thing that is learnt: a thing itself, or the one whose mirror image it is."""
-    side: Int64[np.ndarray, "N"]
-    """1 for those that are learnt; −1 for their mirror images; 0 for those in the mirror, their own images."""
+    """The thing that is learnt: a thing itself, or the one whose image it is."""
+    side: Int64[np.ndarray, "N 3"]
+    """Along each axis: −1 for images in the plane across it; 0 for those in that plane, their own images; else 1."""
 
 
 def tied_points(points: Float[np.ndarray, "V 3"], axes: Sequence[int]) -> Ties:
@@ -51,24 +49,33 @@ def tied_points(points: Float[np.ndarray, "V 3"], axes: Sequence[int]) -> Ties:
     return Ties(np.abs(points[:, None] - learnt).sum(-1).argmin(0), sign)
 
 
-def mirrored_pairs(count: int) -> Mirror:
-    """The mirror of a number of things of which the second half are the images of the first; the last of an odd number
-    lies in it."""
-    half = count // 2
-    number = np.arange(count)
-    side = np.where(number < half, 1, np.where(number < 2 * half, -1, 0))
-    return Mirror(np.where(side < 0, number - half, number), side)
+def mirrored_copies(count: int, axes: Sequence[int]) -> Mirrors:
+    """The mirrors of a number of things that come in pairs, or of two axes in fours: first those that are learnt, then
+    their images. What remains lies in the plane across the last axis, and is mirrored in the other; the last of an odd
+    number lies in all of them."""
+    copies = 2 ** len(axes)
+    learnt = count // copies
+    source, side = np.arange(count), np.ones((count, 3), np.int64)
+    for copy in range(1, copies):
+        images = slice(copy * learnt, (copy + 1) * learnt)
+        source[images] = source[:learnt]
+        side[images, [axis for place, axis in enumerate(axes) if copy >> place & 1]] = -1
+    if rest := count - copies * learnt:
+        within = mirrored_copies(rest, axes[:-1])
+        source[-rest:], side[-rest:] = count - rest + within.source, within.side
+        side[-rest:, axes[-1]] = 0
+    return Mirrors(source, side)
 
 
-def reflected(values: Float[np.ndarray, "N 3"], mirror: Mirror, signs: Signs) -> Float[np.ndarray, "N 3"]:
-    """Three values for each thing, of which the learnt ones decide."""
-    images: Float[np.ndarray, "N 3"] = values[mirror.source] * _signs(mirror, signs)
+def reflected(points: Float[np.ndarray, "N 3"], mirrors: Mirrors) -> Float[np.ndarray, "N 3"]:
+    """A point for each thing, of which those of the learnt ones decide."""
+    images: Float[np.ndarray, "N 3"] = points[mirrors.source] * _signs(mirrors, "coordinates")
     return images
 
 
-def tied(mirror: Mirror, signs: Signs) -> Ties:
-    """Three numbers for each thing that a mirror has."""
-    return Ties(mirror.source, _signs(mirror, signs))
+def tied(mirrors: Mirrors, kind: Kind) -> Ties:
+    """Three numbers of a kind for each thing that mirrors have."""
+    return Ties(mirrors.source, _signs(mirrors, kind))
 
 
 def tie(layer: nn.Linear, ties: Ties) -> None:
@@ -82,10 +89,23 @@ def tie(layer: nn.Linear, ties: Ties) -> None:
         parametrize.register_parametrization(layer, name, _Tied(source, ties.sign.ravel(), free))
 
 
-def _signs(mirror: Mirror, signs: Signs) -> Float[np.ndarray, "N 3"]:
-    """What each thing's source is multiplied with. In the mirror, what a reflection turns round is 0."""
-    side = mirror.side[:, None]
-    return np.where(side > 0, 1.0, np.where(side < 0, signs, np.maximum(signs, 0.0)))
+def _signs(mirrors: Mirrors, kind: Kind) -> Float[np.ndarray, "N 3"]:
+    """What each thing's source is multiplied with. In a mirror, what a reflection turns round is 0."""
+    signs = np.ones(mirrors.side.shape)
+    for axis in range(3):
+        signs[:, _turned_round(kind, axis)] *= mirrors.side[:, axis, None]
+    return signs
+
+
+def _turned_round(kind: Kind, axis: int) -> list[int]:
+    """Which of three numbers a reflection across an axis makes negative."""
+    match kind:
+        case "coordinates":
+            return [axis]
+        case "scales":
+            return []
+        case "rotations":
+            return [number for number, about in enumerate(ROTATION_AXES) if about != axis]
 
 
 class _Tied(nn.Module):

@@ -51,11 +51,11 @@ class Model(nn.Module):
 
 def decoder_of(config: ModelConfig) -> Decoder:
     """The decoder of a parameterisation, new."""
-    mirrored = config.symmetry != "none"
+    mirrored = MIRRORS[config.symmetry]
     match config.parameterisation:
         case "subdivision":
             base = subdivided_cube(config.segments, BASE_CUBE_SIDE)
-            return SubdivisionDecoder(config.latent, config.hidden, base, MIRRORS[config.symmetry])
+            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
             return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False, mirrored=mirrored)

@@ -75,12 +75,8 @@ def _check_together(config: TrainConfig) -> None:
     if model.parameterisation != "subdivision" and model.segments != usual.segments:
         raise ConfigError(
             f"Expected model.segments left at {usual.segments} with model.parameterisation {model.parameterisation}, "
-            f"found {model.segments}: blocks have none. Leave it away, or train subdivision."
-        )
-    if model.symmetry == "two-mirrors" and model.parameterisation != "subdivision":
-        raise ConfigError(
-            f"Expected model.symmetry none or mirror with model.parameterisation {model.parameterisation}, found "
-            "two-mirrors: blocks come in pairs. Train with --model.symmetry mirror, or train subdivision."
+            f"found {model.segments}: blocks have none. Train with --model.segments {usual.segments}, which the preset "
+            "may have changed, or train subdivision."
         )
     if model.light == "fixed" and model.light_bins != usual.light_bins:
         raise ConfigError(

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from trainer.config import ModelConfig
+from trainer.model.mirror import mirrored_copies
 from trainer.model.vae import Decoder, decoder_of
 
 KINDS = [
@@ -82,11 +83,22 @@ def test_a_mirrored_blocks_image_is_turned_the_other_way_round() -> None:
     assert np.abs(blocks[0].mean(0)[0] + blocks[1].mean(0)[0]) < 1e-6
 
 
-@pytest.mark.parametrize("segments", [3, 4])
-def test_two_mirrors_make_every_shape_the_same_from_front_and_back_too_and_learn_a_quarter(segments: int) -> None:
-    free, twice = (
-        decoder_of(ModelConfig(symmetry=symmetry, segments=segments)) for symmetry in ("none", "two-mirrors")
-    )
+@pytest.mark.parametrize(
+    ("kind", "blocks", "segments"),
+    [
+        ("subdivision", 0, 3),
+        ("subdivision", 0, 4),
+        ("ortho-block", 6, 4),
+        ("full-block", 12, 4),
+        ("full-block", 13, 4),
+        ("full-block", 15, 4),
+    ],
+)
+def test_two_mirrors_make_every_shape_the_same_from_front_and_back_too_and_learn_a_quarter(
+    kind: str, blocks: int, segments: int
+) -> None:
+    settings: Any = {"parameterisation": kind, "blocks": blocks, "segments": segments}
+    free, twice = (decoder_of(ModelConfig(**settings, symmetry=symmetry)) for symmetry in ("none", "two-mirrors"))
     assert torch.equal(free.faces, twice.faces)
     with torch.no_grad():
         assert farthest(twice(torch.randn(40, 12)), twice.base_vertices) < 0.06
@@ -97,9 +109,17 @@ def test_two_mirrors_make_every_shape_the_same_from_front_and_back_too_and_learn
         assert all(farthest(vertices * torch.tensor(axis), vertices) < 1e-6 for vertices in shapes)
     assert all(farthest(vertices * torch.tensor([1.0, -1.0, 1.0]), vertices) > 0.05 for vertices in shapes)
     learnt, less = (sum(p.numel() for p in decoder.parameters()) - 13 * 32 for decoder in (free, twice))
-    # What lies in a mirror keeps two of three numbers, what lies in both one.
+    # What lies in a mirror keeps two of three numbers, what lies in both one; blocks keep all their scales.
     assert 0.25 <= less / learnt <= 0.36
     (twice(torch.randn(40, 12)) * torch.randn(twice.base_vertices.shape)).sum().backward()
     for name, parameter in twice.named_parameters():
         assert parameter.grad is not None
         assert parameter.grad.abs().sum() > 0, name
+
+
+def test_blocks_come_in_fours_pairs_and_alone_of_two_mirrors() -> None:
+    mirrors = mirrored_copies(15, (0, 2))
+    assert mirrors.source.tolist() == [0, 1, 2] * 4 + [12, 12, 14]
+    assert mirrors.side[:, 0].tolist() == [1] * 3 + [-1] * 3 + [1] * 3 + [-1] * 3 + [1, -1, 0]
+    assert mirrors.side[:, 1].tolist() == [1] * 15
+    assert mirrors.side[:, 2].tolist() == [1] * 6 + [-1] * 6 + [0] * 3

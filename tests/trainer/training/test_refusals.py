@@ -85,10 +85,6 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"loss": {"objective": "paper", "neighbour_weight": 0.5}},
             "loss.neighbour_weight of 0 with loss.objective paper, found 0.5: .* --loss.objective exact",
         ),
-        (
-            {"model": {"parameterisation": "full-block", "segments": 4, "symmetry": "two-mirrors"}},
-            "model.symmetry none or mirror with model.parameterisation full-block, found two-mirrors: .* subdivision",
-        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),
