@@ -29,7 +29,7 @@ from benchmarks.parsimony_page import PAGE, write_tables
 from exporter.held_out import read_pictures
 from exporter.precision import PrecisionName
 from exporter.repacking import convertible_bundle, repack
-from exporter.slimming import SAMPLES, moving_numbers, shown_blocks
+from exporter.slimming import SAMPLES, blocks_in_use, codes_alive, moving_numbers
 from service.bundle import read_bundle
 from service.exposure import used_blocks
 from service.inference import Engine, load_engine
@@ -136,7 +136,9 @@ def carried(engine: Engine, pictures: Float32[ndarray, "N 3 H W"]) -> dict[str, 
     mean, deviation = engine.encoder.run(["shape_mean", "shape_deviation"], {ENCODER_INPUT: pictures})
     divergence = (0.5 * (mean**2 + deviation**2 - 1) - np.log(deviation)).mean(0)
     generator = torch.Generator().manual_seed(0)
-    codes = torch.cat([torch.randn(SAMPLES, manifest.latent, generator=generator), torch.from_numpy(mean)])
+    noise = torch.randn(SAMPLES, manifest.latent, generator=generator)
+    codes = torch.cat([noise, torch.from_numpy(mean)])
+    alive = codes_alive(torch.from_numpy(mean), torch.from_numpy(deviation), noise)
 
     def decode(some: torch.Tensor) -> torch.Tensor:
         return torch.from_numpy(engine.decoder.run(["vertices"], {DECODER_INPUT: some.numpy()})[0])
@@ -150,7 +152,7 @@ def carried(engine: Engine, pictures: Float32[ndarray, "N 3 H W"]) -> dict[str, 
         "divergence_nats": [round(float(value), 4) for value in divergence],
         "least_activity": round(min(engine.latent_activity), 4),
         "blocks": len(manifest.blocks),
-        "blocks_that_show": len(shown_blocks(decode(codes).numpy(), engine.faces, manifest.blocks)),
+        "blocks_that_show": len(blocks_in_use(decode(alive).numpy(), engine.faces, manifest.blocks)),
         "blocks_used_in_a_picture": round(statistics.mean(used), 2),
     }
 

@@ -21,7 +21,7 @@ def carries_table(report: dict[str, Any]) -> list[str]:
     """What of each bundle is in use."""
     lines = [
         "| | numbers of the shape code | of which none could go unnoticed | pictures say little of | the least of them "
-        "moves vertices by | blocks | ever show | used in a picture |",
+        "moves vertices by | blocks | ever in use | used in a picture |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, model in report["models"].items():

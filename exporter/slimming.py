@@ -2,7 +2,7 @@
 
 What the service can be asked for must stay as it is: every reconstruction, and every shape code whose numbers lie
 within `LARGEST_NUMBER`. So a number of the code goes only if no value of it moves any vertex, whatever the pictures say
-about it, and a block only if none of many pictures and samples shows it. Heads that a setting does not use are never
+about it, and a block only if none of many shapes, such as pictures and samples have them, makes use of it. Heads that a setting does not use are never
 built (`trainer.model.posterior`), and so there are none to leave out.
 """
 
@@ -16,7 +16,7 @@ from jaxtyping import Float, Float32, Int64
 from numpy import ndarray
 from torch import Tensor, nn
 
-from service.exposure import Surfaces, shown_area, surfaces_of
+from service.exposure import LEAST_AREA, Surfaces, shown_area, surfaces_of
 from service.generation import LARGEST_NUMBER
 from service.manifest import Block
 from service.thrift import Parsimony
@@ -26,31 +26,38 @@ from trainer.model.posterior import shape_divergence
 from trainer.model.vae import Model
 
 SAMPLES: Final = 256
-"""Shape codes from the prior that are looked at."""
+"""Shape codes at random that are looked at."""
 LARGEST_CHANGE: Final = 1e-4
 """How far what is left out may move a vertex, diagonals."""
-UNSEEN_AREA: Final = 1e-5
-"""What a block that never shows may show, square diagonals: the smallest block that there can be shows 6e-6, and a
-picture of 48 × 36 pixels a hundred times as much in each."""
 
 
 def slimmed(model: Model, pictures: Float32[ndarray, "N 3 H W"], generator: torch.Generator) -> tuple[Model, Parsimony]:
     """A copy of a model without what carries nothing, and what that is. There may be no pictures."""
     samples = torch.randn(SAMPLES, model.config.latent, generator=generator)
     with torch.inference_mode():
-        codes, divergence = samples, None
+        codes, alive, divergence = samples, samples, None
         if len(pictures):
             posterior = model.encode(torch.from_numpy(pictures))
             codes = torch.cat([samples, posterior.shape_mean])
+            alive = codes_alive(posterior.shape_mean, posterior.shape_deviation, samples)
             divergence = shape_divergence(posterior).mean(0)
         latent, change = moving_numbers(model.decode, codes, generator)
         parts = [Block(*part) for part in model.decoder.parts]
-        blocks = shown_blocks(model.decode(codes).numpy(), model.faces.numpy(), parts)
+        blocks = blocks_in_use(model.decode(alive).numpy(), model.faces.numpy(), parts)
     slim = _with_blocks(_with_latent(model, latent), blocks)
     told = () if divergence is None else tuple(max(0.0, round(divergence[k].item(), 6)) for k in latent)
     names = [part.name for part in model.decoder.parts]
     removed = tuple(name for k, name in enumerate(names) if k not in blocks)
     return slim, Parsimony(model.config.latent, tuple(latent), told, removed, len(pictures), SAMPLES, change)
+
+
+def codes_alive(
+    mean: Float[Tensor, "N Z"], deviation: Float[Tensor, "N Z"], noise: Float[Tensor, "M Z"]
+) -> Float[Tensor, "K Z"]:
+    """Shape codes as the service has them: what N pictures are answered with, and M samples from around these, which is
+    where it draws its own."""
+    around = torch.arange(len(noise)) % len(mean)
+    return torch.cat([mean, mean[around] + deviation[around] * noise])
 
 
 def moving_numbers(
@@ -86,16 +93,16 @@ def moving_numbers(
     return [number for number in numbers if number not in removed], change
 
 
-def shown_blocks(
+def blocks_in_use(
     vertices: Float32[ndarray, "N V 3"], faces: Int64[ndarray, "F 3"], blocks: Sequence[Block]
 ) -> list[int]:
-    """The blocks that show in any of N objects."""
+    """The blocks that count as used (`service.exposure`) in any of N objects."""
     kept = list(range(len(blocks)))
     if len(blocks) == 1:
         return kept
     surfaces = [surfaces_of(one, faces, blocks) for one in vertices]
     for block in sorted(kept, key=lambda block: _most_shown(surfaces, block, kept)):
-        if len(kept) > 1 and _most_shown(surfaces, block, kept) <= UNSEEN_AREA:
+        if len(kept) > 1 and _most_shown(surfaces, block, kept) < LEAST_AREA:
             kept.remove(block)
     return kept
 

@@ -20,7 +20,7 @@ class Parsimony:
     """How much held-out pictures say about each of those: mean KL divergence from the prior. A number about which they
     say next to nothing is kept where it changes samples. Empty without held-out pictures."""
     removed_blocks: tuple[Name, ...]
-    """Blocks that neither held-out pictures nor samples ever show."""
+    """Blocks of which neither held-out pictures nor samples make use."""
     pictures: Index
     """Held-out pictures that were looked at."""
     samples: Count

@@ -10,7 +10,8 @@ import pytest
 from benchmarks.parsimony import LITTLE_NATS
 from benchmarks.parsimony_page import carries_table, precision_table, write_tables
 from exporter.assembly import LEAST_PICTURES
-from exporter.slimming import LARGEST_CHANGE, UNSEEN_AREA
+from exporter.slimming import LARGEST_CHANGE
+from service.exposure import LEAST_AREA
 from service.generation import LARGEST_NUMBER
 
 ROOT = Path(__file__).parents[2]
@@ -73,8 +74,8 @@ def test_what_the_page_says_of_limits() -> None:
     text = words()
     assert f"for it, −{LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}, moves" in text
     assert LARGEST_CHANGE == 1e-4
-    assert UNSEEN_AREA == 1e-5
     assert "more than 1e-4 diagonals" in text
-    assert "than 1e-5 square diagonals" in text
+    assert LEAST_AREA == 1 / 32**2
+    assert "1/32² square diagonals" in text
     assert f"less than {LITTLE_NATS:g} nats" in text
     assert f"{2 * LEAST_PICTURES} held-out pictures at least" in text

@@ -9,12 +9,12 @@ import torch
 from torch import nn
 
 from exporter.export import export
-from exporter.slimming import LARGEST_CHANGE, slimmed
+from exporter.slimming import LARGEST_CHANGE, blocks_in_use, codes_alive, slimmed
 from service.bundle import read_bundle
 from service.errors import BundleError
 from service.generation import LARGEST_NUMBER, decode_shape, sampled_code
 from service.inference import decode, encode, load_engine
-from service.manifest import decode_manifest, encode_manifest
+from service.manifest import Block, decode_manifest, encode_manifest
 from tests.exporter.conftest import OFFSET, small_checkpoint
 from tests.exporter.test_held_out import disc
 from tests.exporter.test_settings import checkpoint_with
@@ -168,6 +168,34 @@ def test_a_block_that_shows_once_in_a_while_stays() -> None:
     slim, parsimony = slimmed(checkpoint.model, NO_PICTURES, generator())
     assert parsimony.removed_blocks == ()
     assert len(slim.decoder.parts) == 2
+
+
+def test_a_speck_goes_but_not_a_small_block() -> None:
+    """Of sides of 0.005 and 0.03: less and more than counts as used."""
+    for scale, stays in ((-5.0, 2), (-3.0, 3)):
+        checkpoint = checkpoint_with(parameterisation="ortho-block", blocks=3)
+        with_blocks_placed(checkpoint, {0: (0.0, 2.0), 1: (0.6, 0.0), 2: (1.5, scale)})
+        slim, _ = slimmed(checkpoint.model, NO_PICTURES, generator())
+        assert len(slim.decoder.parts) == stays
+
+
+def test_shapes_are_looked_at_where_pictures_have_their_codes() -> None:
+    """Only what the prior has far from all pictures makes use of the second block."""
+    checkpoint = checkpoint_with(parameterisation="ortho-block", blocks=2)
+    decoder = with_blocks_placed(checkpoint, {0: (0.0, 2.0), 1: (0.6, -5.0)})
+    hidden = decoder.hidden[0]
+    assert isinstance(hidden, nn.Linear)
+    with torch.no_grad():
+        hidden.weight[0], hidden.bias[0] = torch.tensor([1.0, 0, 0, 0, 0]), -2.0
+        decoder.scales.weight[3:6, 0] = 5.0
+    mean, deviation, noise = torch.zeros(3, 5), torch.full((3, 5), 0.1), torch.randn(256, 5, generator=generator())
+    parts = [Block(*part) for part in decoder.parts]
+    with torch.no_grad():
+        found = [
+            blocks_in_use(decoder(codes).numpy(), decoder.faces.numpy(), parts)
+            for codes in (noise, codes_alive(mean, deviation, noise))
+        ]
+    assert found == [[0, 1], [0]]
 
 
 def test_of_two_blocks_in_one_place_one_stays() -> None:
