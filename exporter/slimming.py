@@ -2,8 +2,8 @@
 
 What the service can be asked for must stay as it is: every reconstruction, and every shape code whose numbers lie
 within `LARGEST_NUMBER`. So a number of the code goes only if no value of it moves any vertex, whatever the pictures say
-about it, and a block only if none of many shapes, such as pictures and samples have them, makes use of it. Heads that a setting does not use are never
-built (`trainer.model.posterior`), and so there are none to leave out.
+about it, and a block only if none of many shapes, such as pictures and samples have them, makes use of it. Heads that a
+setting does not use are never built (`trainer.model.posterior`), and so there are none to leave out.
 """
 
 import copy
