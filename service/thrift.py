@@ -10,7 +10,7 @@ from service.fields import STRICT, Count, Index, Magnitude, Name, Share
 
 @dataclass(frozen=True, config=STRICT)
 class Parsimony:
-    """What the exporter kept of a trained model. It leaves out what changes nothing, and blocks that nothing makes use of."""
+    """What the exporter kept of a trained model. It leaves out what changes nothing, and blocks that are never used."""
 
     trained_latent: Count
     """How many numbers a shape code had in training."""
