@@ -19,7 +19,7 @@ def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(tmp_path: Path, mon
     models, asked = tmp_path / "models", list[tuple[str, ...]]()
     models.mkdir()
     first = {"command": "python -m trainer train ...", "seconds": 100.0, "on": "GPU"}
-    known = {"bench": {"parameterisation": "subdivision", "trainings": [first], "screened_iou": {}}}
+    known = {"lamp": {"parameterisation": "subdivision", "trainings": [first], "screened_iou": {}}}
     (models / "figures.json").write_text(json.dumps(known))
 
     def run(*arguments: object, quiet: bool) -> None:
@@ -40,14 +40,14 @@ def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(tmp_path: Path, mon
     for name, pretended in (("run", run), ("publish", publish), ("write_figures", write_figures)):
         monkeypatch.setattr(script, name, pretended)
     monkeypatch.setattr(script, "render", lambda workshop, model: None)
-    folders = ["--models", models, "--work", tmp_path / "work", "--only", "bench"]
+    folders = ["--models", models, "--work", tmp_path / "work", "--only", "lamp"]
     monkeypatch.setattr(sys, "argv", ["reteach.py", *map(str, folders)])
     for _ in range(2):  # the second time nothing is restored, and nothing told twice
         assert script.main() == 0
     assert [arguments[0] for arguments in asked] == ["exporter.restoring", "trainer", "trainer"]
-    assert asked[0][2] == str(models / "bench")
+    assert asked[0][2] == str(models / "lamp")
     assert asked[1][asked[1].index("--reframing-share") + 1] == "0.1875"
-    figures = json.loads((models / "figures.json").read_text())["bench"]
+    figures = json.loads((models / "figures.json").read_text())["lamp"]
     assert figures["published"] == ["subdivision", "again"]
     before, taught = figures["trainings"]
     assert before == first
