@@ -46,7 +46,7 @@ def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(tmp_path: Path, mon
         assert script.main() == 0
     assert [arguments[0] for arguments in asked] == ["exporter.restoring", "trainer", "trainer"]
     assert asked[0][2] == str(models / "lamp")
-    assert asked[1][asked[1].index("--reframing-share") + 1] == "0.1875"
+    assert asked[1][asked[1].index("--reframing-share") + 1] == "0.375"
     figures = json.loads((models / "figures.json").read_text())["lamp"]
     assert figures["published"] == ["subdivision", "again"]
     before, taught = figures["trainings"]
@@ -55,4 +55,4 @@ def test_a_bundle_s_encoder_is_taught_and_the_figures_say_so(tmp_path: Path, mon
     restoring, training = taught["command"].split(" && ")
     tyro.cli(RestoringOptions, args=shlex.split(restoring)[3:])
     options = [option for option in shlex.split(training)[3:] if option != "--resume"]
-    assert tyro.cli(TrainCommand, args=options[1:], default=TrainCommand.default(options)).reframing_share == 0.1875
+    assert tyro.cli(TrainCommand, args=options[1:], default=TrainCommand.default(options)).reframing_share == 0.375
