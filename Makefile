@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-samples bench-symmetry bench-fronts bench-training fuzz
+	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-samples bench-symmetry bench-fronts bench-training bench-waiting fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -47,7 +47,7 @@ demo: install  ## pictures of cars → training without labels → judge → ONN
 	$(BIN)/python scripts/demo.py --output out/demo
 
 models: install  ## train, choose, judge and export all models that ship (models; some seven hours, goes on where it was)
-	OMP_WAIT_POLICY=PASSIVE $(BIN)/python scripts/models.py
+	$(BIN)/python scripts/models.py
 
 # Processes share the tests, each with one thread for torch: tensors are small, and two threads take longer than one.
 test: install  ## install everything and run all tests
@@ -130,6 +130,9 @@ bench-judging: install  ## how long the judge takes for 100 of the mesh files in
 
 bench-training: $(VENV)/.bench  ## trainings by processes and threads, and where the time goes (benchmarks/training.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.training
+
+bench-waiting: install  ## a training's step by itself and beside other work, by how long its threads wait awake (docs/results/waiting.json; about 15 minutes)
+	$(BIN)/python -m benchmarks.waiting
 
 BUDGET ?= full
 frontier: install  ## accuracy against cost, charted (out/frontier; BUDGET=small takes minutes, full one to two hours of a core)

@@ -21,6 +21,7 @@ import tyro
 from rich.console import Console
 
 from benchmarks.machine import machine, versions
+from trainer import SPIN_COUNT
 
 CORES = os.cpu_count() or 1
 
@@ -100,7 +101,9 @@ def measure(images: Path, preset: str, steps: int, way: Way) -> dict[str, Any]:
     options = ["--images", images, "--preset", preset, "--steps", steps, "--threads", way.threads]
     where = ["--device", way.device, "--record" if way.recorded else "--no-record"]
     command = [*start, "benchmarks.training_steps", *map(str, options), *where]
-    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    # As `python -m trainer` has it, which has said so before torch is there.
+    known = os.environ | {"GOMP_SPINCOUNT": str(SPIN_COUNT)}
+    told = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=known)
     once: dict[str, Any] = json.loads(told.stdout.splitlines()[-1])
     return once
 
