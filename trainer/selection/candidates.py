@@ -79,6 +79,7 @@ def config_of(candidate: Candidate, recipe: TrainConfig) -> TrainConfig:
         recipe.model,
         parameterisation=candidate.form.parameterisation,
         segments=candidate.form.fineness if meshed else usual.segments,
+        base=recipe.model.base if meshed else usual.base,
         blocks=0 if meshed else candidate.form.fineness,
         latent=candidate.latent,
         light=candidate.light,

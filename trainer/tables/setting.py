@@ -97,6 +97,7 @@ def training_config(setting: Setting | Variant, recipe: TrainConfig) -> TrainCon
         recipe.model,
         parameterisation=parameterisation,
         segments=recipe.model.segments if parameterisation == "subdivision" else usual.segments,
+        base=recipe.model.base if parameterisation == "subdivision" else usual.base,
         blocks=0,
         light=setting.light,
         light_bins=recipe.model.light_bins if setting.light == "varying" else usual.light_bins,

@@ -78,6 +78,11 @@ def _check_together(config: TrainConfig) -> None:
             f"found {model.segments}: blocks have none. Train with --model.segments {usual.segments}, which the preset "
             "may have changed, or train subdivision."
         )
+    if model.parameterisation != "subdivision" and model.base != usual.base:
+        raise ConfigError(
+            f"Expected model.base left at {usual.base} with model.parameterisation {model.parameterisation}, found "
+            f"{model.base}: blocks are cuboids. Leave it away, or train subdivision."
+        )
     if model.light == "fixed" and model.light_bins != usual.light_bins:
         raise ConfigError(
             f"Expected model.light_bins left at {usual.light_bins} with model.light fixed, found {model.light_bins}: "

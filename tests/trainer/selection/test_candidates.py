@@ -31,12 +31,12 @@ def test_what_is_no_form_is_refused(text: str) -> None:
 
 
 def test_a_candidate_changes_the_model_alone() -> None:
-    recipe = replace(load_preset("fast"), model=ModelConfig(segments=2, hidden=48))
+    recipe = replace(load_preset("fast"), model=ModelConfig(segments=2, base="cup", hidden=48))
     blocks = config_of(Candidate(Form("ortho-block", 3), 6, "fixed"), recipe)
     assert replace(blocks, model=recipe.model) == recipe
     assert blocks.model == ModelConfig(latent=6, hidden=48, parameterisation="ortho-block", blocks=3)
     meshed = config_of(Candidate(Form("subdivision", 5), 9, "varying"), recipe)
-    assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, light="varying")
+    assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, base="cup", light="varying")
     mirrored = config_of(Candidate(Form("ortho-block", 3), 6, "fixed", "mirror"), recipe)
     assert mirrored.model == replace(blocks.model, symmetry="mirror")
     with pytest.raises(ConfigError, match=r"Expected model.segments from 1 to 64, found 65"):

@@ -78,6 +78,10 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             "model.segments left at 4 with model.parameterisation full-block, found 3: blocks have none. .*train subd",
         ),
         (
+            {"model": {"parameterisation": "ortho-block", "segments": 4, "base": "cup"}},
+            "model.base left at cube with model.parameterisation ortho-block, found cup: .* train subdivision",
+        ),
+        (
             {"model": {"light_bins": 5}},
             r"model.light_bins left at 3 with model.light fixed, found 5: .* --model\.light varying",
         ),
