@@ -54,8 +54,8 @@ class SelectCommand:
     forms: tuple[str, ...] = (
         "subdivision-3", "subdivision-4", "ortho-block-3", "ortho-block-6", "full-block-6", "full-block-12",
     )  # fmt: skip
-    """Kinds of mesh: subdivision-N with N segments along each edge of the cube, ortho-block-N and full-block-N with N
-    blocks."""
+    """Kinds of mesh: subdivision-N with N segments along each edge of the cube, cup-N with as many of the cup,
+    ortho-block-N and full-block-N with N blocks."""
     latents: tuple[int, ...] = (6, 12)
     """Sizes of the shape code."""
     lights: tuple[Light, ...] = ("fixed", "varying")

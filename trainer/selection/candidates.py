@@ -10,22 +10,22 @@ from trainer.config import ModelConfig, Symmetry, TrainConfig
 from trainer.errors import ConfigError
 from trainer.training.checks import check_settings
 
-Parameterisation = Literal["subdivision", "ortho-block", "full-block"]
+FormKind = Literal["subdivision", "cup", "ortho-block", "full-block"]
 Light = Literal["fixed", "varying"]
 
-_FORM = re.compile(rf"({'|'.join(get_args(Parameterisation))})-([1-9]\d*)")
+_FORM = re.compile(rf"({'|'.join(get_args(FormKind))})-([1-9]\d*)")
 
 
 class Form(NamedTuple):
-    """A kind of mesh, as section 3 of the paper has it, and how fine it is."""
+    """A kind of mesh, and how fine it is: one of section 3 of the paper, or a `subdivision` of the cup."""
 
-    parameterisation: Parameterisation
+    kind: FormKind
     fineness: int
-    """Segments along each edge of the cube, or blocks."""
+    """Segments along each edge of the cube, or of the cup; or blocks."""
 
     @property
     def name(self) -> str:
-        return f"{self.parameterisation}-{self.fineness}"
+        return f"{self.kind}-{self.fineness}"
 
 
 class Candidate(NamedTuple):
@@ -49,9 +49,10 @@ def parse_form(text: str) -> Form:
     found = _FORM.fullmatch(text)
     if found is None:
         raise ConfigError(
-            f"Expected --forms such as subdivision-4 (segments), ortho-block-6 or full-block-12 (blocks), found {text}."
+            "Expected --forms such as subdivision-4 or cup-4 (segments), ortho-block-6 or full-block-12 (blocks), "
+            f"found {text}."
         )
-    return Form(cast(Parameterisation, found[1]), int(found[2]))
+    return Form(cast(FormKind, found[1]), int(found[2]))
 
 
 def grid(
@@ -74,12 +75,13 @@ def grid(
 
 def config_of(candidate: Candidate, recipe: TrainConfig) -> TrainConfig:
     """The recipe with this candidate's model. Raises ConfigError where the two do not go together."""
-    usual, meshed = ModelConfig(), candidate.form.parameterisation == "subdivision"
+    usual, kind = ModelConfig(), candidate.form.kind
+    meshed = kind in ("subdivision", "cup")
     model = replace(
         recipe.model,
-        parameterisation=candidate.form.parameterisation,
+        parameterisation="subdivision" if kind == "cup" else kind,
         segments=candidate.form.fineness if meshed else usual.segments,
-        base=recipe.model.base if meshed else usual.base,
+        base="cup" if kind == "cup" else "cube",
         blocks=0 if meshed else candidate.form.fineness,
         latent=candidate.latent,
         light=candidate.light,

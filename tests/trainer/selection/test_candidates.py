@@ -36,7 +36,9 @@ def test_a_candidate_changes_the_model_alone() -> None:
     assert replace(blocks, model=recipe.model) == recipe
     assert blocks.model == ModelConfig(latent=6, hidden=48, parameterisation="ortho-block", blocks=3)
     meshed = config_of(Candidate(Form("subdivision", 5), 9, "varying"), recipe)
-    assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, base="cup", light="varying")
+    assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, light="varying")
+    hollow = config_of(Candidate(Form("cup", 5), 9, "varying"), replace(recipe, model=ModelConfig(hidden=48)))
+    assert hollow.model == replace(meshed.model, base="cup")
     mirrored = config_of(Candidate(Form("ortho-block", 3), 6, "fixed", "mirror"), recipe)
     assert mirrored.model == replace(blocks.model, symmetry="mirror")
     with pytest.raises(ConfigError, match=r"Expected model.segments from 1 to 64, found 65"):
@@ -56,6 +58,7 @@ def test_silhouettes_have_no_light_to_infer() -> None:
     [
         ("subdivision-3", 3 * 56, 56),
         ("subdivision-4", 3 * 98, 98),
+        ("cup-4", 3 * 178, 178),
         ("ortho-block-6", 6 * 6, 144),
         ("full-block-6", 9 * 6, 144),
     ],

@@ -185,7 +185,7 @@ def test_a_plan_writes_nothing(pictures: Path, tiny: Path, tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ("--forms cube-3 subdivision-3", "Expected --forms such as subdivision-4 (segments), ortho-block-6"),
+        ("--forms cube-3 subdivision-3", "Expected --forms such as subdivision-4 or cup-4 (segments), ortho-block-6"),
         (
             "--forms subdivision-3 --latents 4 --lights fixed --symmetries none",
             "Expected two candidates or more, found 1",

@@ -90,7 +90,9 @@ def test_a_recipe_of_several_views_gives_a_row_of_one_as_many_pictures_as_the_pa
 
 
 def test_what_a_setting_has_no_use_for_is_left_out_of_the_recipe() -> None:
-    recipe = replace(TrainConfig(), model=replace(TrainConfig().model, segments=6, base="cup", light="varying", light_bins=5))
+    recipe = replace(
+        TrainConfig(), model=replace(TrainConfig().model, segments=6, base="cup", light="varying", light_bins=5)
+    )
     check_settings(recipe)
     blocks = training_config(Setting("ortho-block"), recipe)
     check_settings(blocks)
