@@ -12,6 +12,7 @@ import json
 import math
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,9 @@ SEED = 900_000
 LEARNING_RATE, HIDDEN = 5e-3, 64
 KINDS = {
     "subdivision": ModelConfig(parameterisation="subdivision"),
+    "subdivision, 6 segments": ModelConfig(parameterisation="subdivision", segments=6),
     "subdivision, 8 segments": ModelConfig(parameterisation="subdivision", segments=8),
+    "cup": ModelConfig(parameterisation="subdivision", base="cup"),
     "ortho-block": ModelConfig(parameterisation="ortho-block"),
     "full-block": ModelConfig(parameterisation="full-block"),
 }
@@ -99,7 +102,7 @@ def learnt(
 ) -> tuple[torch.Tensor, np.ndarray]:
     """Vertices of each object, and faces, after so many steps; consecutive pictures show one object."""
     torch.manual_seed(0)
-    config = ModelConfig(latent=objects, hidden=HIDDEN, parameterisation=kind.parameterisation, segments=kind.segments)
+    config = replace(kind, latent=objects, hidden=HIDDEN)
     model, loss = Model(config, scene.width, scene.height), LossConfig(kl_cooling_steps=steps / 5)
     geometry, optimiser = fixed_geometry(model, scene, loss), torch.optim.Adam(model.decoder.parameters())
     rates, codes = OptimiserConfig(steps=steps, falling_share=0.3), 3 * torch.eye(objects)
