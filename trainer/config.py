@@ -81,7 +81,7 @@ class ModelConfig:
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
     base: Literal["cube", "cup"] = "cube"
     """`subdivision`: what is displaced (paper: a cube). A `cup` opens upwards, for what is hollow: its walls and floor
-    are there from the beginning, where a cube has to be dented. As many segments give it more vertices (4: 194)."""
+    are there from the beginning, where a cube has to be dented. As many segments give it more vertices (4: 178)."""
     blocks: int = 0
     """`ortho-block` and `full-block`: how many blocks; 0 is the paper's number, 6 and 12 (Appendix B)."""
     symmetry: Symmetry = "none"

@@ -1,18 +1,16 @@
 """A cup, the other base mesh of the *subdivision* parameterisation: for what is hollow."""
 
 import numpy as np
-from jaxtyping import Float, Int64
 
 from trainer.geometry.topology import BaseMesh
 
-# Half of its width and the thickness of its wall and floor, for a cup of height 1.
-RADIUS, WALL = 0.55, 0.125
+# Half as wide as high and as thick as this, relative to the cup's height: about the cube's volume without its hollow.
+RADIUS, WALL, FLOOR = 0.55, 0.165, 0.25
 
 
 def subdivided_cup(segments: int, side: float = 1.0) -> BaseMesh:
-    """A round cup around the origin that opens upwards, as high as the cube of that side. It has as many vertices
-    around as that cube has around its middle, 4·segments, and as many along its height, segments + 1; each that is
-    outside has one of its own inside (`opposite_sides`).
+    """A round cup around the origin that opens upwards: as high as the cube of that side, with as many vertices around
+    as the cube has around its middle, 4·segments, on its wall's outside, inside, floor and underside.
 
     The topology is the cube's, that of a ball. The diagonals are laid so that the mesh is its own mirror image in x and
     z.
@@ -24,7 +22,7 @@ def subdivided_cup(segments: int, side: float = 1.0) -> BaseMesh:
     rings = np.empty((len(profile), around, 3))
     rings[:, :, [0, 2]] = profile[:, :1, None] * circle
     rings[:, :, 1] = profile[:, 1:]
-    bottom, floor = (side * np.array([[0.0, height, 0.0]]) for height in (-0.5, WALL - 0.5))
+    bottom, floor = (side * np.array([[0.0, height, 0.0]]) for height in (-0.5, FLOOR - 0.5))
     vertices = np.concatenate((bottom, rings.reshape(-1, 3), floor)).round(12)
 
     def corner(ring: int, place: int) -> int:
@@ -43,19 +41,13 @@ def subdivided_cup(segments: int, side: float = 1.0) -> BaseMesh:
     return BaseMesh(vertices, np.array(faces, np.int64))
 
 
-def opposite_sides(segments: int) -> Int64[np.ndarray, "V"]:
-    """For each vertex of that cup the one on the other side of its wall, or of its floor."""
-    rings = np.arange(1, 1 + 4 * segments * len(_profile(segments))).reshape(-1, 4 * segments)
-    sides: Int64[np.ndarray, V] = np.concatenate(([rings.max() + 1], rings[::-1].ravel(), [0]))
-    return sides
-
-
-def _profile(segments: int) -> Float[np.ndarray, "S 2"]:
+def _profile(segments: int) -> np.ndarray:
     """(radius, height) of each ring, from the middle of the underside along the outside, the rim and the inside to the
     middle of the floor, for a cup of height 1."""
     shares = np.arange(1, segments // 2) / max(segments // 2, 1)
+    hollow = RADIUS - WALL
     underside = [(RADIUS * share, -0.5) for share in shares]
     outside = [(RADIUS, height) for height in np.linspace(-0.5, 0.5, segments + 1)]
-    inside = [(RADIUS - WALL, height) for height in np.linspace(0.5, WALL - 0.5, segments + 1)]
-    floor = [((RADIUS - WALL) * share, WALL - 0.5) for share in shares[::-1]]
+    inside = [(hollow, height) for height in np.linspace(0.5, FLOOR - 0.5, max(segments, 2))]
+    floor = [(hollow * share, FLOOR - 0.5) for share in shares[::-1]]
     return np.array(underside + outside + inside + floor)

@@ -5,10 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int64
 
-# What the other side of a wall counts among the neighbours of a vertex: where pictures do not show one side it follows
-# the other within one or two edges, and where they do this hardly holds it back.
-OPPOSITE_SHARE = 0.1
-
 
 class BaseMesh(NamedTuple):
     """A closed mesh: vertices in the object frame, faces counter-clockwise from outside."""
@@ -47,20 +43,14 @@ def subdivided_cube(segments: int, side: float = 1.0) -> BaseMesh:
     return BaseMesh(vertices, np.array(faces, dtype=np.int64))
 
 
-def vertex_neighbours(
-    faces: Int64[np.ndarray, "F 3"], vertex_count: int, opposite: Int64[np.ndarray, "V"] | None = None
-) -> Float[np.ndarray, "V V"]:
-    """Row-normalised adjacency: row i averages over the neighbours of vertex i (zero for a vertex without any), and
-    where it has one on the other side of a wall, that counts a tenth."""
+def vertex_neighbours(faces: Int64[np.ndarray, "F 3"], vertex_count: int) -> Float[np.ndarray, "V V"]:
+    """Row-normalised adjacency: row i averages over the neighbours of vertex i (zero for a vertex without any)."""
     adjacency = np.zeros((vertex_count, vertex_count))
     for a, b in ((0, 1), (1, 2), (2, 0)):
         adjacency[faces[:, a], faces[:, b]] = 1.0
         adjacency[faces[:, b], faces[:, a]] = 1.0
     degree = adjacency.sum(1, keepdims=True)
     weights: Float[np.ndarray, "V V"] = np.divide(adjacency, degree, out=np.zeros_like(adjacency), where=degree > 0)
-    if opposite is not None:
-        weights *= 1 - OPPOSITE_SHARE
-        weights[np.arange(vertex_count), opposite] += OPPOSITE_SHARE
     return weights
 
 

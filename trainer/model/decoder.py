@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
 import torch
-from jaxtyping import Float, Int64
+from jaxtyping import Float
 from torch import Tensor, nn
 
 from trainer.geometry.normals import vertex_normals
@@ -26,25 +25,16 @@ class Part(NamedTuple):
 
 
 class SubdivisionDecoder(nn.Module):
-    """z → 32 → one displacement per vertex of a base mesh. Starts at (almost) that mesh itself. Every shape is its own
-    mirror image in the planes across the axes `mirrored`: 0 is left to right, 2 front to back. `opposite` tells which
-    vertex is on the other side of each one's wall, where there are walls."""
+    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself. Every shape is its
+    own mirror image in the planes across the axes `mirrored`: 0 is left to right, 2 front to back."""
 
     base_vertices: Tensor
     faces: Tensor
 
-    def __init__(
-        self,
-        latent: int,
-        hidden: int,
-        base: BaseMesh,
-        mirrored: Sequence[int] = (),
-        opposite: Int64[np.ndarray, "V"] | None = None,
-    ) -> None:
+    def __init__(self, latent: int, hidden: int, base: BaseMesh, mirrored: Sequence[int] = ()) -> None:
         super().__init__()
         self.register_buffer("base_vertices", torch.as_tensor(base.vertices, dtype=torch.float32))
         self.register_buffer("faces", torch.as_tensor(base.faces))
-        self.opposite = opposite
         self.parts = (Part("body", 0, len(base.faces)),)
         self.hidden = nn.Sequential(nn.Linear(latent, hidden), nn.ReLU())
         self.displacements = nn.Linear(hidden, 3 * len(base.vertices))

@@ -6,7 +6,7 @@ from torch import Tensor, nn
 
 from trainer import processes, recording
 from trainer.config import ModelConfig, Symmetry
-from trainer.geometry.cup import opposite_sides, subdivided_cup
+from trainer.geometry.cup import subdivided_cup
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
@@ -15,6 +15,7 @@ from trainer.model.posterior import Posterior, PosteriorHeads
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
 BASE_CUBE_SIDE = 0.4
+BASES = {"cube": subdivided_cube, "cup": subdivided_cup}
 # Across which axes shapes are their own mirror images.
 MIRRORS: dict[Symmetry, tuple[int, ...]] = {"none": (), "mirror": (0,), "two-mirrors": (0, 2)}
 # Blocks of an object (Appendix B).
@@ -55,11 +56,8 @@ def decoder_of(config: ModelConfig) -> Decoder:
     mirrored = MIRRORS[config.symmetry]
     match config.parameterisation:
         case "subdivision":
-            if config.base == "cup":
-                base, opposite = subdivided_cup(config.segments, BASE_CUBE_SIDE), opposite_sides(config.segments)
-            else:
-                base, opposite = subdivided_cube(config.segments, BASE_CUBE_SIDE), None
-            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored, opposite)
+            base = BASES[config.base](config.segments, BASE_CUBE_SIDE)
+            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
             return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False, mirrored=mirrored)

@@ -229,7 +229,7 @@ def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> Fixe
         return FixedGeometry(topology_of(model.faces), None)
     base = model.decoder.base_vertices
     vertices, faces = base.cpu().numpy(), model.faces.cpu().numpy()
-    laplacian = np.eye(len(vertices)) - vertex_neighbours(faces, len(vertices), model.decoder.opposite)
+    laplacian = np.eye(len(vertices)) - vertex_neighbours(faces, len(vertices))
     if scene.camera.elevation_degrees > 0:
         # The term is squared.
         laplacian[underside(vertices, faces)] *= math.sqrt(config.laplacian_underside)
