@@ -53,7 +53,7 @@ def told(first: Model, *options: str, mesh: str = "subdivision") -> Model:
     )
 
 
-# Jars, lamps, pots, sofas, cars in white light, airplanes' second training, and the first ones of benches, cars,
+# Jars, lamps, sofas, cars in white light, airplanes' second training, and the first ones of benches, cars,
 # rifles, tables and vessels were trained on a GPU.
 MODELS: Final = (
     # Wings may be before or behind the middle of airplanes: the first training's views are moved, it finds those of
@@ -70,7 +70,7 @@ MODELS: Final = (
     Model("lamp", "lamp", "detailed", 6000, FINER),
     # Blocks go on finding their places for long, too: corner sofas come late.
     Model("loudspeaker", "loudspeaker", "sharp", 4500, candidates=("subdivision", "full-block")),
-    Model("pot", "pot", "detailed", 4500, (*EARLY, *FINER)),
+    Model("pot", "pot", "detailed", 4500, (*EARLY, *CUP)),
     # The first training's seed is the better of 0 and 1 on validation pictures.
     told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER))),
     Model("sofa", "sofa", "sharp", 6000, CLOSER, candidates=("subdivision", "full-block")),

@@ -1,10 +1,11 @@
 """A cup, the other base mesh of the *subdivision* parameterisation: for what is hollow."""
 
 import numpy as np
+from jaxtyping import Float
 
 from trainer.geometry.topology import BaseMesh
 
-# Half as wide as high and as thick as this, relative to the cup's height: about the cube's volume without its hollow.
+# Half of its width, and how thick wall and floor are, for a cup of height 1.
 RADIUS, WALL, FLOOR = 0.55, 0.165, 0.25
 
 
@@ -41,7 +42,7 @@ def subdivided_cup(segments: int, side: float = 1.0) -> BaseMesh:
     return BaseMesh(vertices, np.array(faces, np.int64))
 
 
-def _profile(segments: int) -> np.ndarray:
+def _profile(segments: int) -> Float[np.ndarray, "S 2"]:
     """(radius, height) of each ring, from the middle of the underside along the outside, the rim and the inside to the
     middle of the floor, for a cup of height 1."""
     shares = np.arange(1, segments // 2) / max(segments // 2, 1)
