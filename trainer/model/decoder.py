@@ -25,7 +25,7 @@ class Part(NamedTuple):
 
 
 class SubdivisionDecoder(nn.Module):
-    """z → 32 → one displacement per vertex of a subdivided cube. Starts at (almost) the cube itself. Every shape is its
+    """z → 32 → one displacement per vertex of a base mesh. Starts at (almost) that mesh itself. Every shape is its
     own mirror image in the planes across the axes `mirrored`: 0 is left to right, 2 front to back."""
 
     base_vertices: Tensor
