@@ -39,7 +39,8 @@ from service.manifest import (
     Picture,
     model_identity,
 )
-from trainer.model.aggregate_posterior import LEAST_PICTURES, aggregate_posterior_of
+from trainer.evaluation.self_consistency import consistent_posterior
+from trainer.model.aggregate_posterior import LEAST_PICTURES
 from trainer.model.vae import Model
 from trainer.training.checkpoint import Checkpoint
 
@@ -82,7 +83,7 @@ def export(
     manifest = _manifest(slender, azimuth_offset, azimuth_temperature, metrics, parity, graphs)
     of_class = read_pictures(samples_from, *seen) if samples_from else pictures
     if samples_from or len(pictures) >= LEAST_PICTURES:
-        density = aggregate_posterior_of(slim, torch.from_numpy(of_class).split(_BATCH))
+        density = consistent_posterior(slim, scene, torch.from_numpy(of_class).split(_BATCH))
         manifest = replace(manifest, aggregate_posterior=told(density))
     parts = Parts(replace(manifest, parsimony=parsimony), graphs)
     return write_bundle(parts, output, precision, held_out, pictures, generator)

@@ -13,9 +13,9 @@ from trainer.data.images import load_image_folder
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError
 from trainer.evaluation.gallery import sample_rows
+from trainer.evaluation.self_consistency import consistent_posterior
 from trainer.evaluation.sheet import write_sheet
 from trainer.evaluation.turntable import FRAMES, turntable
-from trainer.model.aggregate_posterior import aggregate_posterior_of
 from trainer.training.checkpoint import Checkpoint, load_checkpoint
 
 _BATCH = 64
@@ -74,7 +74,7 @@ class SampleCommand:
         scene = checkpoint.scene
         pictures = load_image_folder(self.images, scene.width, scene.height, scene)
         batches = (pictures.batch(rows) for rows in torch.arange(len(pictures)).split(_BATCH))
-        density = aggregate_posterior_of(checkpoint.model, batches)
+        density = consistent_posterior(checkpoint.model, scene, batches)
         shares = torch.rand(self.count, generator=generator)
         codes = density.codes(noise.double().numpy(), shares.numpy(), self.temperature)
         return torch.from_numpy(codes).float()

@@ -3,27 +3,27 @@
 Training asks each picture's posterior Q(z | x) to be near the prior N(0, I), not their mean over all pictures, the
 aggregate posterior q(z) (Makhzani et al., 2015). Where q has little and the prior much, the decoder has learnt nothing,
 and what is drawn from there is crumpled. So a density is fitted to q after the training, and shapes are drawn from
-that (Ghosh et al., "From variational to deterministic autoencoders", 2020).
+that (Ghosh et al., "From variational to deterministic autoencoders", 2020). Of the shapes of pictures, too, some are
+crumpled where these do not show them; whoever knows which are doubtful leaves those out.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import torch
 from jaxtyping import Float
 from numpy import ndarray
-from torch import Tensor
 
 from trainer.errors import DataError
-from trainer.model.vae import Model
 
 LEAST_PICTURES: Final = 40
 ACTIVE_VARIANCE: Final = 0.01
 """Numbers whose posterior mean varies by less between pictures are as the prior has them (Burda et al., 2016)."""
 COMPONENTS: Final = (1, 2, 3, 4, 6, 8, 12)
+TRUSTED: Final = 0.75
+"""Of all draws, where it is known how doubtful each is (docs/decisions.md)."""
 _PICTURES_A_COMPONENT: Final = 10
 _DRAWS, _FOLDS = 1600, 5
 """At least so many draws from all posteriors together."""
@@ -55,24 +55,18 @@ class AggregatePosterior:
         return found
 
 
-def aggregate_posterior_of(model: Model, pictures: Iterable[Float[Tensor, "B 3 H W"]]) -> AggregatePosterior:
-    """Of a model's posteriors of pictures, in batches. Raises DataError as `fit_aggregate_posterior` does."""
-    with torch.no_grad():
-        posteriors = [model.encode(batch) for batch in pictures]
-    means, deviations = (
-        torch.cat(told).double().numpy()
-        for told in zip(*((one.shape_mean, one.shape_deviation) for one in posteriors), strict=True)
-    )
-    return fit_aggregate_posterior(means, deviations)
-
-
 def fit_aggregate_posterior(
-    means: Float[ndarray, "N Z"], deviations: Float[ndarray, "N Z"], seed: int = 0
+    means: Float[ndarray, "N Z"],
+    deviations: Float[ndarray, "N Z"],
+    doubts: Callable[[Float[ndarray, "M Z"]], Float[ndarray, "M"]] | None = None,
+    seed: int = 0,
 ) -> AggregatePosterior:
     """The mixture that best tells the posteriors of pictures that it was not fitted to (five folds).
 
     Args:
         means, deviations: of the posteriors of N pictures.
+        doubts: how doubtful the shapes of codes are; it is fitted to the TRUSTED share of all draws, those of which
+            they are least so. Without it to all.
         seed: of the draws from them, and of the fit.
 
     Raises DataError for fewer than LEAST_PICTURES pictures.
@@ -91,12 +85,18 @@ def fit_aggregate_posterior(
     if not len(numbers):
         return AggregatePosterior((), np.ones(1), np.zeros((1, 0)), np.zeros((1, 0, 0)), pictures)
     draws = math.ceil(_DRAWS / pictures)
-    noise = np.random.default_rng(seed).standard_normal((pictures, draws, len(numbers)))
-    drawn = (means[:, None, numbers] + deviations[:, None, numbers] * noise).reshape(-1, len(numbers))
+    noise = np.random.default_rng(seed).standard_normal((draws, pictures, means.shape[1]))
+    codes = (means + deviations * noise).reshape(-1, means.shape[1])
+    shown = np.tile(np.arange(pictures), draws)
+    if doubts is not None:
+        doubt = doubts(codes)
+        trusted = doubt <= np.quantile(doubt, TRUSTED)
+        codes, shown = codes[trusted], shown[trusted]
+    drawn = codes[:, numbers]
     mixture = GaussianMixture(reg_covar=_LEAST_VARIANCE, max_iter=500, random_state=seed)
     most = max(1, pictures // _PICTURES_A_COMPONENT)
     choice = {"n_components": [count for count in COMPONENTS if count <= most]}
     search = GridSearchCV(mixture, choice, cv=GroupKFold(_FOLDS), error_score="raise")
-    best = search.fit(drawn, groups=np.repeat(np.arange(pictures), draws)).best_estimator_
+    best = search.fit(drawn, groups=shown).best_estimator_
     chosen = tuple(int(number) for number in numbers)
     return AggregatePosterior(chosen, best.weights_, best.means_, np.linalg.cholesky(best.covariances_), pictures)

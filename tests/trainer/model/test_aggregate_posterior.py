@@ -45,6 +45,23 @@ def test_nothing_is_drawn_where_no_code_is() -> None:
     assert np.abs(np.abs(typical) - 2).max() < 0.2
 
 
+def test_what_is_doubtful_is_left_out() -> None:
+    """Two heaps, of which the smaller one is doubted; a quarter of all draws are left out, and those are it."""
+    random = np.random.default_rng(7)
+    means = 0.1 * random.standard_normal((400, 2)) + np.where(np.arange(400) % 4, 2.0, -2.0)[:, None]
+    asked = []
+
+    def doubts(codes: np.ndarray) -> np.ndarray:
+        asked.append(codes)
+        doubt: np.ndarray = -codes[:, 0]
+        return doubt
+
+    density = fit_aggregate_posterior(means, np.full((400, 2), 0.1), doubts)
+    assert (drawn(density, 1000, 2) > 1).all()
+    assert density.pictures == 400
+    assert [codes.shape for codes in asked] == [(1600, 2)]
+
+
 def test_codes_that_tell_nothing_have_the_prior() -> None:
     density = fit_aggregate_posterior(np.zeros((LEAST_PICTURES, 3)), np.ones((LEAST_PICTURES, 3)))
     assert density.numbers == ()

@@ -1,0 +1,77 @@
+"""Whether a model knows its own shapes again: encoders of which that is known."""
+
+from typing import cast
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from tests.trainer.evaluation.conftest import SCENE, stretched
+from trainer.evaluation.self_consistency import consistent_posterior, self_distances
+from trainer.model.aggregate_posterior import LEAST_PICTURES
+from trainer.model.posterior import Posterior
+from trainer.model.vae import Model
+
+CHAIR = torch.tensor(stretched(0).vertices, dtype=torch.float32)
+RADIUS = float(CHAIR.square().sum(1).mean().sqrt())
+ANSWER = 0.6
+
+
+class Sizes:
+    """Its code is an object's size; whatever it sees has the size ANSWER, and so has a picture that is black."""
+
+    faces = torch.tensor(stretched(0).faces)
+
+    def __init__(self) -> None:
+        self.seen: list[Tensor] = []
+
+    def decode(self, codes: Tensor) -> Tensor:
+        return codes[:, :1, None] * CHAIR
+
+    def encode(self, images: Tensor) -> Posterior:
+        self.seen.append(images)
+        sizes = torch.full((len(images), 1), ANSWER)
+        return Posterior(sizes, torch.zeros_like(sizes), torch.zeros(len(images), 12), *torch.zeros(2, len(images)))
+
+
+class Told(Sizes):
+    """Of pictures that are black but for one point, that point's brightness is the size."""
+
+    def encode(self, images: Tensor) -> Posterior:
+        posterior = super().encode(images)
+        one = (images.flatten(1) > 0).sum(1) == 1
+        sizes = torch.where(one, images.flatten(1).amax(1), posterior.shape_mean[:, 0])[:, None]
+        return posterior._replace(shape_mean=sizes)
+
+
+def test_the_distance_is_that_of_what_the_encoder_takes_it_for() -> None:
+    codes = torch.linspace(0.2, 1.0, 300)[:, None]
+    model = Sizes()
+    found = self_distances(cast(Model, model), SCENE, codes)
+    torch.testing.assert_close(found, (codes[:, 0] - ANSWER).abs() * RADIUS, atol=1e-5, rtol=0)
+    assert found.min() < 0.01 * RADIUS
+
+
+def test_shapes_are_seen_from_four_sides() -> None:
+    model = Sizes()
+    self_distances(cast(Model, model), SCENE, torch.tensor([[1.0]]))
+    sides = torch.cat(model.seen)
+    assert sides.shape == (4, 3, SCENE.height, SCENE.width)
+    assert (sides.flatten(1).amax(1) > 0.1).all()
+    apart = (sides[:, None] - sides[None]).abs().flatten(2).mean(2)
+    assert (apart[~torch.eye(4, dtype=torch.bool)] > 0.01).all()
+
+
+def test_codes_are_drawn_from_where_shapes_are_known_again() -> None:
+    """Half of the pictures show what the encoder takes for its own, half what it takes for something else."""
+    pictures = torch.zeros(LEAST_PICTURES, 3, SCENE.height, SCENE.width)
+    sizes = torch.linspace(0.1, 1.1, LEAST_PICTURES)
+    pictures[:, 0, 0, 0] = sizes
+    density = consistent_posterior(cast(Model, Told()), SCENE, pictures.split(7))
+    random = np.random.default_rng(0)
+    codes = density.codes(random.standard_normal((1000, 1)), random.random(1000))
+    assert density.pictures == LEAST_PICTURES
+    assert codes.mean() == pytest.approx(ANSWER, abs=0.05)
+    # The uniform distribution of the sizes' nearer three quarters; of all it would be 0.29.
+    assert codes.std() == pytest.approx(0.75 / np.sqrt(12), rel=0.15)
