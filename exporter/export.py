@@ -103,7 +103,7 @@ def _graphs(
     decoder = to_onnx(decoder_module, shape_codes[-1], DECODER_INPUT, DECODER_OUTPUTS)
     parity = {
         **measure_parity(encoder_module, encoder, pictures, outputs),
-        **measure_parity(decoder_module, decoder, shape_codes, DECODER_OUTPUTS),
+        **measure_parity(decoder_module, decoder, shape_codes, DECODER_OUTPUTS, model.faces.numpy()),
     }
     return Graphs(encoder, decoder), parity
 

@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from exporter.errors import ExportError
+from service.manifest import DECODER_OUTPUTS
 from service.thrift import Deviation
 
 LARGEST_ERROR: Final = 1e-4
-"""Largest difference that is still rounding: vertices are in diagonals of the object, angles in radians."""
+"""Largest difference that is still rounding: vertices are in diagonals of the object, angles in radians; a normal's
+counts by how much the faces around it agree."""
 
 BEST_BINS: Final = {"azimuth": "azimuth_probabilities", "light_azimuth": "light_probabilities"}
 """The outputs that the most probable bin decides, and those that say which it is."""
+
+VERTICES, NORMALS = DECODER_OUTPUTS
 
 # Where the two best bins are this close, rounding decides which is best, and either azimuth is right.
 _TIE: Final = 1e-5
@@ -42,9 +46,17 @@ def run_onnx(graph: bytes, example: Tensor, names: Sequence[str]) -> dict[str, A
 
 
 def measure_parity(
-    module: nn.Module, graph: bytes, examples: Sequence[Tensor], names: Sequence[str]
+    module: nn.Module,
+    graph: bytes,
+    examples: Sequence[Tensor],
+    names: Sequence[str],
+    faces: NDArray[np.int64] | None = None,
 ) -> dict[str, float]:
     """The largest absolute difference of each output over all examples, which may differ in batch size.
+
+    Where faces [F, 3] around a vertex nearly cancel, rounding of the vertices turns its normal by any angle. So where
+    they are given, differences of normals are multiplied by how long the sum of the area vectors is, as a share of the
+    sum of their lengths.
 
     Raises:
         ExportError: a difference is larger than LARGEST_ERROR, or not a number.
@@ -53,7 +65,7 @@ def measure_parity(
     for example in examples:
         expected, found = run_torch(module, example, names), run_onnx(graph, example, names)
         for name in names:
-            difference = _difference(name, expected, found)
+            difference = _difference(name, expected, found, faces)
             # Not max(): it would let a not-a-number pass.
             if not difference <= LARGEST_ERROR:
                 raise ExportError(
@@ -65,13 +77,30 @@ def measure_parity(
     return errors
 
 
-def _difference(name: str, expected: Mapping[str, Array], found: Mapping[str, Array]) -> float:
+def _difference(
+    name: str, expected: Mapping[str, Array], found: Mapping[str, Array], faces: NDArray[np.int64] | None
+) -> float:
     if expected[name].shape != found[name].shape:
         return math.inf
     difference = _distances(name, expected, found)
     if name in BEST_BINS:
         difference = difference[top_margin(expected[BEST_BINS[name]]) > _TIE]
+    if name == NORMALS and faces is not None:
+        difference *= _agreement(expected[VERTICES], faces)[..., None]
     return float(difference.max(initial=0.0))
+
+
+def _agreement(vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """How much the faces around each vertex agree [B, V], from 0 where they cancel to 1 where they are level."""
+    first, second, third = np.moveaxis(vertices.astype(np.float64)[:, faces], 2, 0)
+    areas = np.cross(second - first, third - first)
+    summed, lengths = np.zeros(vertices.shape), np.zeros(vertices.shape[:2])
+    for corner in faces.T:
+        for number in range(len(vertices)):
+            np.add.at(summed[number], corner, areas[number])
+            np.add.at(lengths[number], corner, np.linalg.norm(areas[number], axis=1))
+    agreement: Array = (np.linalg.norm(summed, axis=2) / np.maximum(lengths, np.finfo(float).tiny)).astype(np.float32)
+    return agreement
 
 
 def _distances(name: str, expected: Mapping[str, Array], found: Mapping[str, Array]) -> Array:
