@@ -73,10 +73,10 @@ MODELS: Final = (
     # Seed 0 is the better of 0 and 1 on validation pictures.
     Model("pot", "pot", "detailed", 4500, (*EARLY, *CUP)),
     # The first training's seed is the better of 0 and 1 on validation pictures.
-    told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER))),
+    told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER)), *LENDING),
     Model("sofa", "sofa", "sharp", 6000, CLOSER, candidates=("subdivision", "full-block")),
     told(Model("table", "table", "detailed", 9000, CLOSER), *LENDING, *BLOCKS, "13", *TWO_MIRRORS, mesh="full-block"),
-    told(Model("vessel", "vessel", "sharp", 4500, (*CLOSER, *FINER))),
+    told(Model("vessel", "vessel", "sharp", 4500, (*CLOSER, *FINER)), *LENDING),
     Model(
         "car-varying-light", "car", "sharp", 4500, (*CLOSER, "--model.light", "varying", *FINER), rotate_lights=True
     ),

@@ -25,6 +25,7 @@ CUT_OUT, FORMER, OTHER_CAMERAS_BEFORE = (
     for name in ("benchmarks/cutouts.json", "docs/results/placement.json", "docs/results/cutouts-before.json")
 )
 INVENTED = figures("docs/results/samples.json")["models"]
+INVENTED_BEFORE = figures("docs/results/self-consistency.json")["before"]
 CEILINGS = figures("docs/results/ceilings.json")["iou"]
 
 
@@ -159,6 +160,10 @@ def test_invented_objects(name: str) -> None:
     for measure, places in (("from_sample", 3), ("to_sample", 3), ("own_kind", 2)):
         means = (sum(one[drawn][measure] for one in ones) / len(ones) for drawn in ("prior", "served"))
         expected.append(" → ".join(f"{value:.{places}f}" for value in means))
+    before = [INVENTED_BEFORE[one] for one in (INVENTED if name == "mean" else [name])]
+    for measure in ("sample_to_true", "true_to_sample"):
+        stages = ([one["prior"] for one in ones], before, [one["served"] for one in ones])
+        expected.append(" → ".join(f"{sum(one[measure] for one in stage) / len(stage):.2f}" for stage in stages))
     assert rows(section("Invented objects"))[name] == [*expected, *counts]
 
 
