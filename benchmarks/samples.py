@@ -64,7 +64,7 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     return {**told, "prior": from_prior, "served": from_served}
 
 
-def _shapes_in(engine: Engine, folder: Path) -> Float[ndarray, "N D"]:
+def _shapes_in(engine: Engine, folder: Path) -> Float[ndarray, "N V 3"]:
     size, camera, random = engine.manifest.picture, engine.manifest.camera, np.random.default_rng(0)
     files, own = files_in(folder, size.width, size.height), (camera.distance, camera.field_of_view_degrees, size.zoom)
     codes = []

@@ -19,9 +19,9 @@ from exporter.repacking import convertible_bundle, repack
 from service.manifest import Manifest
 from trainer.errors import ChiaroError, ConfigError
 from trainer.evaluation.metrics import TEMPERATURES
+from trainer.model.aggregate_posterior import MOST_PICTURES
 from trainer.training.checkpoint import load_checkpoint
 
-MOST_SAMPLED = 1000
 OFFSET_KEY, TEMPERATURE_KEY = "azimuth_offset_degrees", "azimuth_temperature"
 
 
@@ -52,7 +52,8 @@ class ExportOptions:
     class. Without it the service takes any picture for one of the class."""
     samples_from: Path | None = None
     """A folder of pictures of the class, such as those that were trained on, 40 at least: samples are drawn from where
-    a thousand of them have their shape codes. By default those of --images; without either, from the prior."""
+    a thousand of them have their shape codes, as far as the model knows its shapes again. By default those of --images;
+    without either, from the prior."""
 
 
 def main(arguments: list[str]) -> int:
@@ -108,7 +109,7 @@ def _repacked(options: ExportOptions) -> Manifest:
 def _sampled(options: ExportOptions, width: int, height: int) -> list[bytes]:
     """The files of --samples-from, a thousand at the most, evenly out of all."""
     files = files_in(options.samples_from, width, height) if options.samples_from else []
-    return files[:: math.ceil(len(files) / MOST_SAMPLED)] if files else []
+    return files[:: math.ceil(len(files) / MOST_PICTURES)] if files else []
 
 
 def _told(output: Path, manifest: Manifest) -> Iterator[str]:

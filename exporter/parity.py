@@ -21,7 +21,7 @@ counts by how much the faces around it agree."""
 BEST_BINS: Final = {"azimuth": "azimuth_probabilities", "light_azimuth": "light_probabilities"}
 """The outputs that the most probable bin decides, and those that say which it is."""
 
-VERTICES, NORMALS = DECODER_OUTPUTS
+_VERTICES, _NORMALS = DECODER_OUTPUTS
 
 # Where the two best bins are this close, rounding decides which is best, and either azimuth is right.
 _TIE: Final = 1e-5
@@ -85,8 +85,8 @@ def _difference(
     difference = _distances(name, expected, found)
     if name in BEST_BINS:
         difference = difference[top_margin(expected[BEST_BINS[name]]) > _TIE]
-    if name == NORMALS and faces is not None:
-        difference *= _agreement(expected[VERTICES], faces)[..., None]
+    if name == _NORMALS and faces is not None:
+        difference *= _agreement(expected[_VERTICES], faces)[..., None]
     return float(difference.max(initial=0.0))
 
 
@@ -96,9 +96,8 @@ def _agreement(vertices: Array, faces: NDArray[np.int64]) -> Array:
     areas = np.cross(second - first, third - first)
     summed, lengths = np.zeros(vertices.shape), np.zeros(vertices.shape[:2])
     for corner in faces.T:
-        for number in range(len(vertices)):
-            np.add.at(summed[number], corner, areas[number])
-            np.add.at(lengths[number], corner, np.linalg.norm(areas[number], axis=1))
+        np.add.at(summed, np.s_[:, corner], areas)
+        np.add.at(lengths, np.s_[:, corner], np.linalg.norm(areas, axis=2))
     agreement: Array = (np.linalg.norm(summed, axis=2) / np.maximum(lengths, np.finfo(float).tiny)).astype(np.float32)
     return agreement
 

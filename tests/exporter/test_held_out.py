@@ -167,7 +167,7 @@ def test_of_many_pictures_some_are_taken_and_few_are_refused(
         (tmp_path / folder).mkdir()
         for number in range(count):
             (tmp_path / folder / f"{number:02}.png").write_bytes(disc(number, 255))
-    monkeypatch.setattr(command, "MOST_SAMPLED", 50)
+    monkeypatch.setattr(command, "MOST_PICTURES", 50)
     options = ["--checkpoint", tmp_path / "run", "--azimuth-offset-degrees", "25"]
     result = answer(capsys, *options, "--output", tmp_path / "car", "--samples-from", tmp_path / "many")
     assert result.status == 0, result.errors

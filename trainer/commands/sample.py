@@ -29,7 +29,8 @@ class SampleCommand:
     """Run directory or checkpoint."""
     images: Path | None = None
     """A folder of pictures of the class, 40 at least, such as those that were trained on: codes are drawn from where
-    theirs lie. Without it they are drawn from the prior, which is larger than that."""
+    those of a thousand lie, as far as the model knows its shapes again. Without it they are drawn from the prior, which
+    is larger than that."""
     output: Path = Path("samples.png")
     """PNG to write: a row for each shape."""
     count: int = 6

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from trainer.config import SceneConfig
 from trainer.evaluation.gallery import render
-from trainer.model.aggregate_posterior import AggregatePosterior, fit_aggregate_posterior
+from trainer.model.aggregate_posterior import MOST_PICTURES, AggregatePosterior, fit_aggregate_posterior
 from trainer.model.vae import Model
 
 SIDES_DEGREES: Final = (20.0, 110.0, 200.0, 290.0)
@@ -44,7 +44,8 @@ def _of_batch(model: Model, scene: SceneConfig, codes: Float[Tensor, "B Z"]) -> 
 def consistent_posterior(
     model: Model, scene: SceneConfig, pictures: Iterable[Float[Tensor, "B 3 H W"]]
 ) -> AggregatePosterior:
-    """Where a model's shape codes of pictures lie, those left out of whose shapes it knows least again.
+    """Where a model's shape codes of pictures lie, those left out of whose shapes it knows least again; of more than
+    MOST_PICTURES, so many at most, evenly chosen.
 
     Raises DataError as `fit_aggregate_posterior` does.
     """
@@ -54,9 +55,9 @@ def consistent_posterior(
         torch.cat(told).double().numpy()
         for told in zip(*((one.shape_mean, one.shape_deviation) for one in posteriors), strict=True)
     )
+    every = max(1, math.ceil(len(means) / MOST_PICTURES))
 
     def doubts(codes: Float[ndarray, "M Z"]) -> Float[ndarray, "M"]:
-        found: Float[ndarray, M] = self_distances(model, scene, torch.from_numpy(codes.astype(np.float32))).numpy()
-        return found
+        return np.asarray(self_distances(model, scene, torch.from_numpy(codes.astype(np.float32))))
 
-    return fit_aggregate_posterior(means, deviations, doubts)
+    return fit_aggregate_posterior(means[::every], deviations[::every], doubts)

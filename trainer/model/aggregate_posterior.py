@@ -19,6 +19,8 @@ from numpy import ndarray
 from trainer.errors import DataError
 
 LEAST_PICTURES: Final = 40
+MOST_PICTURES: Final = 1000
+"""Of more pictures, so many at most, evenly chosen, tell where codes lie."""
 ACTIVE_VARIANCE: Final = 0.01
 """Numbers whose posterior mean varies by less between pictures are as the prior has them (Burda et al., 2016)."""
 COMPONENTS: Final = (1, 2, 3, 4, 6, 8, 12)

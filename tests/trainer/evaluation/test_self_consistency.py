@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from tests.trainer.evaluation.conftest import SCENE, stretched
+from trainer.evaluation import self_consistency
 from trainer.evaluation.self_consistency import consistent_posterior, self_distances
 from trainer.model.aggregate_posterior import LEAST_PICTURES
 from trainer.model.posterior import Posterior
@@ -19,7 +20,7 @@ ANSWER = 0.6
 
 
 class Sizes:
-    """Its code is an object's size; whatever it sees has the size ANSWER, and so has a picture that is black."""
+    """Its code is an object's size; it takes whatever it sees for one of the size ANSWER."""
 
     faces = torch.tensor(stretched(0).faces)
 
@@ -63,8 +64,18 @@ def test_shapes_are_seen_from_four_sides() -> None:
     assert (apart[~torch.eye(4, dtype=torch.bool)] > 0.01).all()
 
 
+def test_of_many_pictures_some_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(self_consistency, "MOST_PICTURES", LEAST_PICTURES)
+    pictures = torch.zeros(2 * LEAST_PICTURES, 3, SCENE.height, SCENE.width)
+    # Those that are chosen are all alike: no number of their codes tells anything.
+    pictures[::2, 0, 0, 0], pictures[1::2, 0, 0, 0] = ANSWER, 0.2
+    density = consistent_posterior(cast(Model, Told()), SCENE, pictures.split(7))
+    assert density.pictures == LEAST_PICTURES
+    assert density.numbers == ()
+
+
 def test_codes_are_drawn_from_where_shapes_are_known_again() -> None:
-    """Half of the pictures show what the encoder takes for its own, half what it takes for something else."""
+    """Sizes from 0.1 to 1.1, of which the encoder knows ANSWER again, and the less the farther from it."""
     pictures = torch.zeros(LEAST_PICTURES, 3, SCENE.height, SCENE.width)
     sizes = torch.linspace(0.1, 1.1, LEAST_PICTURES)
     pictures[:, 0, 0, 0] = sizes
@@ -73,5 +84,5 @@ def test_codes_are_drawn_from_where_shapes_are_known_again() -> None:
     codes = density.codes(random.standard_normal((1000, 1)), random.random(1000))
     assert density.pictures == LEAST_PICTURES
     assert codes.mean() == pytest.approx(ANSWER, abs=0.05)
-    # The uniform distribution of the sizes' nearer three quarters; of all it would be 0.29.
+    # As of the nearer three quarters of the sizes, spread evenly; of all of them it would be 0.29.
     assert codes.std() == pytest.approx(0.75 / np.sqrt(12), rel=0.15)
