@@ -92,13 +92,14 @@ def _difference(
 
 def _agreement(vertices: Array, faces: NDArray[np.int64]) -> Array:
     """How much the faces around each vertex agree [B, V], from 0 where they cancel to 1 where they are level."""
-    first, second, third = np.moveaxis(vertices.astype(np.float64)[:, faces], 2, 0)
+    by_vertex = vertices.astype(np.float64).swapaxes(0, 1)
+    first, second, third = (by_vertex[corner] for corner in faces.T)
     areas = np.cross(second - first, third - first)
-    summed, lengths = np.zeros(vertices.shape), np.zeros(vertices.shape[:2])
+    summed, lengths = np.zeros_like(by_vertex), np.zeros(by_vertex.shape[:2])
     for corner in faces.T:
-        np.add.at(summed, np.s_[:, corner], areas)
-        np.add.at(lengths, np.s_[:, corner], np.linalg.norm(areas, axis=2))
-    agreement: Array = (np.linalg.norm(summed, axis=2) / np.maximum(lengths, np.finfo(float).tiny)).astype(np.float32)
+        np.add.at(summed, corner, areas)
+        np.add.at(lengths, corner, np.linalg.norm(areas, axis=2))
+    agreement: Array = (np.linalg.norm(summed, axis=2) / np.maximum(lengths, np.finfo(float).tiny)).astype(np.float32).T
     return agreement
 
 
