@@ -2,7 +2,8 @@
 
     WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
     WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened; one that
-                                    finds the poses that the model is told, in first
+                                    finds the poses that the model is told, in first; and one that finds those that
+                                    it does not understand, in second
     OUTPUT/<model>/                 the bundles; beside them pictures of reconstructions and of what is invented
     OUTPUT/figures.json, README.md  what each model reaches, and the commands that made it
     WORK/pictures/rivals/<class>/   what all bundles of OUTPUT are shown, to fit how strictly `auto` judges each
@@ -153,12 +154,17 @@ def render_options(model: Model, seed: int, count: int) -> list[str]:
 
 
 def find_poses(workshop: Workshop, model: Model) -> list[object]:
-    """The options that tell a model the poses that its first training, which is done here, finds; none without one."""
+    """The options that tell a model the poses that its first training, which is done here, finds, and the second one
+    where there is one; none without."""
     if model.first is None:
         return []
-    directory = workshop.run_directory(model, "first")
-    train(workshop, model.first, model.first.candidates[0], workshop.steps_of(model.first), directory)
-    return ["--poses-of", directory]
+    first = workshop.run_directory(model, "first")
+    train(workshop, model.first, model.first.candidates[0], workshop.steps_of(model.first), first)
+    if model.second is None:
+        return ["--poses-of", first]
+    second, steps = workshop.run_directory(model, "second"), workshop.steps_of(model.second)
+    train(workshop, model.second, model.second.candidates[0], steps, second, told=["--unknown-to", first])
+    return ["--poses-of", first, "--unknown-poses-of", second]
 
 
 def training_options(model: Model, candidate: str) -> list[str]:
@@ -222,13 +228,19 @@ def publish(
 
 
 def trainings_of(workshop: Workshop, model: Model, chosen: str) -> list[dict[str, Any]]:
-    """Command, seconds and place of the training, after those of the one that found its poses, if any did."""
+    """Command, seconds and place of the training, after those of the ones that found its poses, if any did."""
     device = "GPU" if torch.cuda.is_available() else "core"
     trainings = []
     if model.first:
         command = command_of(workshop, model.first, model.first.candidates[0], "--run", "FIRST")
         trainings.append((command, workshop.run_directory(model, "first")))
+    if model.second:
+        command = command_of(
+            workshop, model.second, model.second.candidates[0], "--unknown-to", "FIRST", "--run", "SECOND"
+        )
+        trainings.append((command, workshop.run_directory(model, "second")))
     told = ["--poses-of", "FIRST"] if model.first else []
+    told += ["--unknown-poses-of", "SECOND"] if model.second else []
     command = command_of(workshop, model, chosen, *told, "--run", "RUN")
     trainings.append((command, workshop.run_directory(model, chosen)))
     return [{"command": one, "seconds": progress(run)["seconds"], "on": device} for one, run in trainings]

@@ -24,6 +24,8 @@ class Model:
     """Of the bundle's weights."""
     first: "Model | None" = None
     """The training that finds the poses, which this one is told."""
+    second: "Model | None" = None
+    """The training that finds them in the pictures that the first one does not understand."""
 
     @property
     def light(self) -> str:
@@ -45,11 +47,18 @@ BLOCKS: Final = ("--model.segments", "4", "--model.blocks")
 TWO_MIRRORS: Final = ("--model.symmetry", "two-mirrors")
 
 
-def told(first: Model, *options: str, mesh: str = "subdivision") -> Model:
-    """A second training, told the poses that the first one finds: its mirror lies where it belongs, and a code that
+def told(first: Model, *options: str, mesh: str = "subdivision", second: Model | None = None) -> Model:
+    """Another training, told the poses that the first one finds: its mirror lies where it belongs, and a code that
     comes alive early turns no shapes round. In float16, to stay below 4 MB."""
     return replace(
-        first, preset="told", steps=4500, options=options, candidates=(mesh,), precision="float16", first=first
+        first,
+        preset="told",
+        steps=4500,
+        options=options,
+        candidates=(mesh,),
+        precision="float16",
+        first=first,
+        second=second,
     )
 
 

@@ -25,6 +25,7 @@ class Commands:
         self.figures = figures
         self.trained: list[tuple[str, int, bool]] = []
         self.told: dict[str, object] = {}
+        self.unknown: dict[str, tuple[object, object]] = {}
         self.judged: list[str] = []
         self.rivals: list[str] = []
 
@@ -43,6 +44,7 @@ class Commands:
             directory, steps = Path(str(options["--run"])), int(str(options["--optimiser.steps"]))
             self.trained.append((directory.name, steps, "--resume" in arguments))
             self.told[directory.name] = options.get("--poses-of")
+            self.unknown[directory.name] = options.get("--unknown-to"), options.get("--unknown-poses-of")
             directory.mkdir(parents=True, exist_ok=True)
             (directory / "checkpoint.safetensors").touch()
             last = steps + round(float(str(options["--reframing-share"])) * steps)
@@ -142,6 +144,24 @@ def test_a_first_training_finds_the_poses_that_the_model_is_told(
     assert not make("--only", "sofa").trained
 
 
+def test_a_second_training_finds_the_poses_that_the_first_does_not(
+    make: Callable[..., Commands], script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = script.Model("sofa", "sofa", "sharp", 30, candidates=("full-block",))
+    second = script.Model("sofa", "sofa", "sharp", 20)
+    monkeypatch.setattr(script, "MODELS", (script.Model("sofa", "sofa", "told", 70, first=first, second=second),))
+    commands = make("--only", "sofa")
+    assert commands.trained == [("first", 30, False), ("second", 20, False), ("subdivision", 70, False)]
+    runs = tmp_path / "work/runs/sofa"
+    assert commands.told == {"first": None, "second": None, "subdivision": runs / "first"}
+    assert commands.unknown == {"first": (None, None), "second": (runs / "first", None),
+                                "subdivision": (None, runs / "second")}  # fmt: skip
+    _, found, told = (training["command"] for training in _figures(tmp_path)["sofa"]["trainings"])
+    assert "--preset sharp --optimiser.steps 20 --class sofa" in found
+    assert found.endswith("--unknown-to FIRST --run SECOND")
+    assert told.endswith("--poses-of FIRST --unknown-poses-of SECOND --run RUN")
+
+
 def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
     make("--only", "jar", "car-white-light")
     make("--only", "sofa")
@@ -160,7 +180,8 @@ def _figures(folder: Path) -> dict[str, Any]:
 
 
 def test_every_candidate_is_a_training_that_is_taken(script: ModuleType) -> None:
-    for model in (*script.MODELS, *(model.first for model in script.MODELS if model.first)):
+    former = (model for shipped in script.MODELS for model in (shipped.first, shipped.second) if model)
+    for model in (*script.MODELS, *former):
         for candidate in model.candidates:
             options = ["--preset", model.preset, *script.training_options(model, candidate)]
             command = tyro.cli(
@@ -181,9 +202,9 @@ def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType
         # Some had their encoders taught anew afterwards.
         *found, last = (command for command in commands if "exporter.restoring" not in command)
         assert told in last, model.name
-        assert len(found) == bool(model.first)
-        if model.first:
-            (candidate,) = model.first.candidates
-            options = shlex.join(script.training_options(model.first, candidate))
-            told = f"--preset {model.first.preset} --optimiser.steps {model.first.steps} {options} --images"
-            assert told in found[0], model.name
+        former = [training for training in (model.first, model.second) if training]
+        for training, command in zip(former, found, strict=True):
+            (candidate,) = training.candidates
+            options = shlex.join(script.training_options(training, candidate))
+            told = f"--preset {training.preset} --optimiser.steps {training.steps} {options} --images"
+            assert told in command, model.name

@@ -16,7 +16,15 @@ from tests.trainer.new_model import HEIGHT, WIDTH, new_model, save_model
 from trainer.commands import teaching
 from trainer.commands import train as train_command
 from trainer.commands.render import RenderCommand
-from trainer.commands.teaching import POSES_FILE, kept_poses, teacher_at, told_poses
+from trainer.commands.teaching import (
+    POSES_FILE,
+    UNKNOWN_FILE,
+    kept_pictures,
+    kept_poses,
+    teacher_at,
+    told_poses,
+    unknown_pictures,
+)
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.errors import CheckpointError, DataError
 from trainer.evaluation.mirror_plane import mirror_plane
@@ -84,6 +92,40 @@ def test_fronts_are_settled_of_shapes_in_their_mirror(
     assert abs(seen[0]) < math.radians(2)
 
 
+def test_a_second_teacher_tells_what_the_first_does_not_understand(
+    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its frame is another: it sees what the first does, but turned, of six of eight; two it tells otherwise."""
+    images, subject = pictures(folder), teacher_at(teacher)
+    chosen = np.isin(np.arange(len(images)), (1, 4))
+    monkeypatch.setattr(teaching, "unknown", lambda *given: chosen)
+    of_the_first = predict(subject, images.pictures)
+    seen = of_the_first.azimuths - 2 + torch.where(torch.from_numpy(chosen), 1.0, 0.0)
+    answers = iter([of_the_first, of_the_first._replace(azimuths=seen)])
+    alone = told_poses(images, folder, subject, False, QUIET).azimuths
+    monkeypatch.setattr(teaching, "predict", lambda *given: next(answers))
+    told = told_poses(images, folder, subject, False, QUIET, teacher_at(teacher)).azimuths
+    assert alone is not None
+    assert told is not None
+    # To a quarter of a degree, of the frame.
+    np.testing.assert_allclose(np.exp(1j * told), np.exp(1j * (alone + chosen)), atol=0.01)
+    np.testing.assert_array_equal(told[~chosen], alone[~chosen])
+
+
+def test_what_a_second_teacher_tells_is_not_turned_round(
+    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images, subject = pictures(folder), teacher_at(teacher)
+    chosen, turned = np.arange(len(images)) < 2, np.arange(len(images)) % 2 == 1
+    monkeypatch.setattr(teaching, "unknown", lambda *given: chosen)
+    monkeypatch.setattr(teaching, "back_to_front", lambda shapes, faces: turned)
+    found, alike = (told_poses(images, folder, subject, alike, QUIET, subject).azimuths for alike in (False, True))
+    assert found is not None
+    assert alike is not None
+    signs = np.where(turned & ~chosen, -1, 1)
+    np.testing.assert_allclose(np.exp(1j * alike), signs * np.exp(1j * found), atol=1e-6)
+
+
 def test_a_picture_that_the_teacher_cannot_use_is_named(folder: Path, teacher: Path) -> None:
     images = pictures(folder)
     another = replace(images, names=("car/another.png", *images.names[1:]))
@@ -117,10 +159,65 @@ def test_a_training_is_told_and_goes_on_so(
     np.testing.assert_array_equal(told[0].azimuths, expected)
     for option in (["--fronts", "found"], ["--poses-of", tmp_path / "another"]):
         status, _, errors = answer(capsys, "train", *again, *option)
-        assert (status, "Leave both away" in errors) == (2, True), errors
+        assert (status, "Leave such options away" in errors) == (2, True), errors
     run = load_checkpoint(tmp_path / "run")
     assert (run.step, run.config.loss.pose_supervision) == (3, "azimuth")
     assert (run.run["poses_of"], run.run["fronts"]) == (str(teacher), "alike")
+
+
+def test_a_training_on_what_another_does_not_understand_goes_on_so(
+    folder: Path, teacher: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And tells a third one the poses in those pictures."""
+    chosen = np.arange(8) % 4 != 0
+    monkeypatch.setattr(teaching, "unknown", lambda *given: chosen)
+    few = ["--images", folder, "--class", "car", "--optimiser.steps", "2", "--reframing-share", "0", *SMALL, *OPTIONS]
+    second = tmp_path / "second"
+    status, _, errors = answer(capsys, "train", "--run", second, "--unknown-to", teacher, *few)
+    assert (status, "6 of them are trained on" in errors) == (0, True), errors
+    names = [name for name, one in zip(pictures(folder).names, chosen, strict=True) if one]
+    assert (second / UNKNOWN_FILE).read_text().split() == names
+    kept: list[ImageSet] = []
+    monkeypatch.setattr(train_command, "kept_pictures", lambda *given: kept.append(kept_pictures(*given)) or kept[0])
+    monkeypatch.setattr(train_command, "unknown_pictures", lambda *given: pytest.fail("asked again"))
+    again = ["--run", second, "--resume", "--optimiser.steps", "3", "--reframing-share", "0"]
+    status, _, errors = answer(capsys, "train", *again)
+    assert status == 0, errors
+    assert list(kept[0].names) == names
+    assert load_checkpoint(second).run["unknown_to"] == str(teacher)
+    status, _, errors = answer(capsys, "train", *again, "--unknown-to", tmp_path)
+    assert (status, "Leave such options away" in errors) == (2, True), errors
+
+    third = ["--run", tmp_path / "third", "--poses-of", teacher, "--unknown-poses-of", second]
+    status, _, errors = answer(capsys, "train", *third, *few)
+    assert (status, "6 of them a second one tells" in errors) == (0, True), errors
+    assert load_checkpoint(tmp_path / "third").run["unknown_poses_of"] == str(second)
+
+
+def test_some_pictures_keep_what_is_known_of_them(folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(teaching, "unknown", lambda *given: np.isin(np.arange(8), (2, 5)))
+    images = pictures(folder)
+    some = unknown_pictures(images, folder, teacher_at(teacher), QUIET)
+    assert images.azimuths is not None
+    assert some.azimuths is not None
+    assert some.light_azimuths is not None
+    assert some.names == (images.names[2], images.names[5])
+    assert some.instance_names == (images.instance_names[2], images.instance_names[5])
+    assert some.instances.tolist() == [0, 1]
+    np.testing.assert_array_equal(some.azimuths, images.azimuths[[2, 5]])
+    np.testing.assert_array_equal(some.pictures, images.pictures[[2, 5]])
+
+
+@pytest.mark.parametrize(
+    ("text", "found"), [(None, "No such file"), ("a,b\n", "values to unpack"), ("car/a.png\n", "found 1 that are not")]
+)
+def test_names_that_are_not_those_of_the_pictures_are_refused(
+    folder: Path, tmp_path: Path, text: str | None, found: str
+) -> None:
+    if text is not None:
+        (tmp_path / UNKNOWN_FILE).write_text(text)
+    with pytest.raises(DataError, match=found):
+        kept_pictures(pictures(folder), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -170,6 +267,23 @@ def test_fronts_are_turned_only_of_poses_that_are_told(
 ) -> None:
     status, _, errors = answer(capsys, "train", "--images", folder, "--run", tmp_path / "run", "--fronts", "alike")
     assert (status, "only beside --poses-of RUN" in errors) == (2, True), errors
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        (["--class", "car", "--unknown-to", "RUN"], "found other pictures"),
+        (["--images", "FOLDER", "--unknown-to", "RUN", "--poses-of", "RUN"], "found --poses-of"),
+        (["--images", "FOLDER", "--unknown-poses-of", "RUN"], "only beside --poses-of RUN"),
+    ],
+)
+def test_what_another_does_not_understand_stands_where_it_belongs(
+    options: list[str], found: str, folder: Path, teacher: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = [{"RUN": str(teacher), "FOLDER": str(folder)}.get(option, option) for option in options]
+    status, _, errors = answer(capsys, "train", *named, "--run", tmp_path / "run")
+    assert (status, found in errors) == (2, True), errors
+    assert not (tmp_path / "run").exists()
 
 
 def test_no_teacher_is_an_error_that_says_so(tmp_path: Path) -> None:

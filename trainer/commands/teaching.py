@@ -1,12 +1,15 @@
-"""Poses that a former training found, for another one that is told them."""
+"""What former trainings found, for another one: poses that it is told, or pictures that they do not understand."""
 
 import csv
 import io
 import math
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray
 from rich.console import Console
 
 from trainer.data.images import ImageSet
@@ -17,11 +20,18 @@ from trainer.evaluation.bundle import MANIFEST_FILE, from_bundle
 from trainer.evaluation.fronts import back_to_front
 from trainer.evaluation.mirror_plane import mirror_plane
 from trainer.evaluation.pictures import load_as_seen
+from trainer.evaluation.self_consistency import unknown
 from trainer.evaluation.subject import Subject, from_checkpoint, predict
 from trainer.training.checkpoint import load_checkpoint
 
 POSES_FILE = "poses.csv"
 """In a run directory: what its training was told, radians. A training that is resumed needs its teacher no more."""
+UNKNOWN_FILE = "unknown.csv"
+"""The same of pictures that a former training does not understand: their names."""
+
+# Pictures whose azimuths two trainings see alike but for a turn agree about it to some six degrees.
+_CONCENTRATION = 100
+_TURNS = 1440
 
 
 def teacher_at(path: Path) -> Subject:
@@ -31,33 +41,104 @@ def teacher_at(path: Path) -> Subject:
     return from_checkpoint(load_checkpoint(path))
 
 
-def told_poses(images: ImageSet, folder: Path, teacher: Subject, alike: bool, console: Console) -> ImageSet:
-    """The pictures of a folder with the azimuths that `teacher` sees in them, in place of any that are known.
-
-    They are those of objects that are turned until the plane in which the teacher's shapes are most nearly their own
-    mirror images is x = 0; and, to make shapes `alike`, by half a turn where they stand back to front.
+def unknown_pictures(images: ImageSet, folder: Path, teacher: Subject, console: Console) -> ImageSet:
+    """The pictures of a folder whose shapes `teacher` knows least again from other sides: what it does not understand.
 
     Raises DataError where the teacher cannot use one of the pictures.
     """
     seen = load_as_seen(folder, teacher.scene)
+    _check_all_told(images, seen.names, folder)
+    names = {name for name, chosen in zip(seen.names, unknown(teacher, seen.pictures), strict=True) if chosen}
+    console.print(f"{len(names)} of them are trained on: those that a former training knows least again")
+    return images.of(np.array([number for number, name in enumerate(images.names) if name in names], np.int64))
+
+
+def told_poses(
+    images: ImageSet, folder: Path, teacher: Subject, alike: bool, console: Console, second: Subject | None = None
+) -> ImageSet:
+    """The pictures of a folder with the azimuths that `teacher` sees in them, in place of any that are known.
+
+    They are those of objects that are turned until the plane in which the teacher's shapes are most nearly their own
+    mirror images is x = 0; and, to make shapes `alike`, by half a turn where they stand back to front. Of pictures that
+    the teacher does not understand (`unknown`), a `second` one tells them, turned to the first one's frame.
+
+    Raises DataError where a teacher cannot use one of the pictures.
+    """
+    seen = load_as_seen(folder, teacher.scene)
     prediction, faces = predict(teacher, seen.pictures), teacher.faces.numpy()
     turn = mirror_plane(prediction.vertices.numpy(), faces)
+    not_understood = np.zeros(len(seen.names), np.bool_)
     console.print(
         f"told the poses that a former training finds, its mirror being {math.degrees(turn):.1f}° beside x = 0"
     )
     azimuths = prediction.azimuths.double().numpy() + turn
+    if second is not None:
+        not_understood = unknown(teacher, seen.pictures)
+        others = load_as_seen(folder, second.scene)
+        _check_all_told(images, others.names, folder)
+        found = dict(zip(others.names, predict(second, others.pictures).azimuths.double().numpy(), strict=True))
+        also = np.array([found.get(name, math.nan) for name in seen.names])
+        apart = _turn_between(also, azimuths)
+        azimuths[not_understood] = also[not_understood] + apart
+        console.print(
+            f"{not_understood.sum()} of them a second one tells, its frame being turned by {math.degrees(apart):.1f}°"
+        )
     if alike:
         # About +Y by -turn: then the mirror lies in x = 0.
         turned = back_to_front(prediction.vertices.numpy() @ rotation_about_y(turn), faces)
         console.print(f"{turned.sum()} of {len(turned)} objects are turned round, to be like the others")
-        azimuths += math.pi * turned
+        azimuths += math.pi * (turned & ~not_understood)
+    _check_all_told(images, seen.names, folder)
     told = dict(zip(seen.names, (azimuths + math.pi) % (2 * math.pi) - math.pi, strict=True))
-    if lacking := [name for name in images.names if name not in told]:
-        raise DataError(
-            f"Expected to be told the pose in each picture of {folder}, found {len(lacking)} that the training of "
-            f"--poses-of cannot use, the first {lacking[0]}. Leave them away."
-        )
     return replace(images, azimuths=np.array([told[name] for name in images.names]))
+
+
+def _turn_between(azimuths: Float[ndarray, "N"], others: Float[ndarray, "N"]) -> float:
+    """What most of `azimuths` are to be turned by to be the `others`, radians: the peak of a density on the circle."""
+    apart = (others - azimuths)[np.isfinite(azimuths)]
+    turns = np.arange(_TURNS) * 2 * math.pi / _TURNS
+    counts = np.bincount((apart / turns[1]).round().astype(np.int64) % _TURNS, minlength=_TURNS)
+    spread = np.exp(_CONCENTRATION * (np.cos(turns) - 1))
+    density = np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(spread), _TURNS)
+    return float((turns[density.argmax()] + math.pi) % (2 * math.pi) - math.pi)
+
+
+def _check_all_told(images: ImageSet, usable: Collection[str], folder: Path) -> None:
+    """Raises DataError where a former training can use but some of the pictures."""
+    if lacking := sorted(set(images.names) - set(usable)):
+        raise DataError(
+            f"Expected a former training that can use each picture of {folder}, found {len(lacking)} that it cannot, "
+            f"the first {lacking[0]}. Leave them away."
+        )
+
+
+def keep_names(images: ImageSet, run_directory: Path) -> None:
+    """Stores which pictures a training has, for those that go on with it."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([name] for name in images.names)
+    write_bytes(run_directory / UNKNOWN_FILE, text.getvalue().encode())
+
+
+def kept_pictures(images: ImageSet, run_directory: Path) -> ImageSet:
+    """The pictures of a folder that a training has had from its beginning.
+
+    Raises DataError where nothing says which, or they are not there.
+    """
+    path = run_directory / UNKNOWN_FILE
+    try:
+        names = [name for (name,) in csv.reader(io.StringIO(path.read_text(encoding="utf-8")))]
+    except (OSError, ValueError) as error:
+        raise DataError(
+            f"{path}: expected the names of the pictures that are trained on, found {error}. Begin the training anew, "
+            "with --unknown-to."
+        ) from error
+    numbers = {name: number for number, name in enumerate(images.names)}
+    if lacking := [name for name in names if name not in numbers]:
+        raise DataError(
+            f"{path}: expected pictures of the folder that is trained on, found {len(lacking)} that are not in it, the "
+            f"first {lacking[0]}. Name the same pictures with --images, or begin anew."
+        )
+    return images.of(np.array([numbers[name] for name in names], np.int64))
 
 
 def keep_poses(images: ImageSet, run_directory: Path) -> None:

@@ -12,7 +12,15 @@ from trainer import processes
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.commands.progress import progress_of
-from trainer.commands.teaching import keep_poses, kept_poses, teacher_at, told_poses
+from trainer.commands.teaching import (
+    keep_names,
+    keep_poses,
+    kept_pictures,
+    kept_poses,
+    teacher_at,
+    told_poses,
+    unknown_pictures,
+)
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
@@ -61,6 +69,13 @@ class TrainCommand:
     """What --poses-of tells: poses as they are found, or turned by half a turn where an object is then more like the
     others (where some kinds of a class are learnt backwards, as airplanes). That takes three minutes of a core for 4000
     pictures. --resume remembers it."""
+    unknown_to: Path | None = None
+    """Run directory or bundle of a former training on the same --images: this one is trained on the 15 % of them alone
+    of which that one knows least again what it makes of them, seen from other sides. Such kinds of objects, as boats
+    with sails among ships, find their poses among themselves. --resume remembers it."""
+    unknown_poses_of: Path | None = None
+    """Beside --poses-of RUN, a training that was --unknown-to RUN: it tells the poses in those pictures. --resume
+    remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = DEFAULT
@@ -105,6 +120,11 @@ class TrainCommand:
             at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
             poses = Path(before.run["poses_of"]) if "poses_of" in before.run else None
             options: dict[str, Any] = {"starts": starts, "fresh": fresh, "config": before.config}
+            options |= {
+                option: Path(before.run[option])
+                for option in ("unknown_to", "unknown_poses_of")
+                if option in before.run
+            }
             fronts = before.run.get("fronts", cls.fronts)
             return cls(images, required, shards, at_once, poses, fronts, category=before.category, **options)
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
@@ -136,9 +156,11 @@ class TrainCommand:
             provenance = {"images": str(self.images.resolve())}
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
+            if self.unknown_to is not None:
+                source = self._unknown(source, self.images, self.unknown_to, console)
             if self.poses_of is not None:
-                source = self._told(source, self.images, console)
-                provenance |= {"poses_of": str(self.poses_of.resolve()), "fronts": self.fronts}
+                source = self._told(source, self.images, self.poses_of, console)
+            provenance |= self._former()
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
         elif self.shards is not None:
@@ -222,24 +244,55 @@ class TrainCommand:
         self._check_lights(folder, images.scene)
         return images
 
-    def _told(self, images: ImageSet, folder: Path, console: Console) -> ImageSet:
+    def _unknown(self, images: ImageSet, folder: Path, teacher: Path, console: Console) -> ImageSet:
+        """The pictures that a former training does not understand; of a training that is resumed, those it had before.
+
+        Raises ConfigError where others are asked for then.
+        """
+        if self.resume:
+            self._check_former()
+            return kept_pictures(images, self.run_directory)
+        chosen = unknown_pictures(images, folder, teacher_at(teacher), console)
+        if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
+            keep_names(chosen, self.run_directory)
+        return chosen
+
+    def _told(self, images: ImageSet, folder: Path, teacher: Path, console: Console) -> ImageSet:
         """The pictures with the poses that are told; of a training that is resumed, those that it was told before.
 
         Raises ConfigError where other ones are asked for then.
         """
-        assert self.poses_of is not None
-        if not self.resume:
-            told = told_poses(images, folder, teacher_at(self.poses_of), self.fronts == "alike", console)
-            if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
-                keep_poses(told, self.run_directory)
-            return told
-        before = begun(self.run_directory)[0].run
-        if (before.get("poses_of"), before.get("fronts")) != (str(self.poses_of.resolve()), self.fronts):
-            raise ConfigError(
-                f"Expected a training that is resumed to be told what it was told before, by {before.get('poses_of')}, "
-                f"found --poses-of {self.poses_of} --fronts {self.fronts}. Leave both away."
+        if self.resume:
+            self._check_former()
+            return kept_poses(images, self.run_directory)
+        second = None if self.unknown_poses_of is None else teacher_at(self.unknown_poses_of)
+        told = told_poses(images, folder, teacher_at(teacher), self.fronts == "alike", console, second)
+        if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
+            keep_poses(told, self.run_directory)
+        return told
+
+    def _former(self) -> dict[str, str]:
+        """What the checkpoint remembers of former trainings."""
+        named = {
+            "poses_of": self.poses_of,
+            "unknown_to": self.unknown_to,
+            "unknown_poses_of": self.unknown_poses_of,
+        }
+        former = {option: str(path.resolve()) for option, path in named.items() if path is not None}
+        return former | ({"fronts": self.fronts} if self.poses_of is not None else {})
+
+    def _check_former(self) -> None:
+        """Raises ConfigError where a training that is resumed is to have another teacher than before."""
+        before, asked = begun(self.run_directory)[0].run, self._former()
+        if other := [option for option, value in asked.items() if before.get(option) != value]:
+            options = ", ".join(
+                f"--{option.replace('_', '-')} {asked[option]} instead of {before.get(option, 'none')}"
+                for option in other
             )
-        return kept_poses(images, self.run_directory)
+            raise ConfigError(
+                f"Expected a training that is resumed to be told what it was told before, found {options}. Leave such "
+                "options away."
+            )
 
     def _stream(self, folder: Path) -> ShardPictures:
         """The same for shards."""
@@ -302,8 +355,15 @@ class TrainCommand:
             )
         if self.poses_of is not None and self.images is None:
             raise ConfigError("Expected --poses-of only beside --images DIR, found other pictures. Leave it away.")
+        if self.unknown_to is not None and (self.images is None or self.poses_of is not None):
+            raise ConfigError(
+                "Expected --unknown-to RUN beside --images DIR, of a training that finds poses itself, found "
+                f"{'other pictures' if self.images is None else '--poses-of'}. Leave one of them away."
+            )
         if self.fronts != TrainCommand.fronts and self.poses_of is None:
             raise ConfigError(f"Expected --fronts {self.fronts} only beside --poses-of RUN, found none. Leave it away.")
+        if self.unknown_poses_of is not None and self.poses_of is None:
+            raise ConfigError("Expected --unknown-poses-of only beside --poses-of RUN, found none. Leave it away.")
         return self.category or Path(folders[0]).resolve().name
 
 

@@ -75,6 +75,19 @@ class ImageSet:
         """Whether objects are where a camera has them; else a rule has set them."""
         return self.preparation.framed > 0
 
+    def of(self, numbers: Int[ndarray, "M"]) -> "ImageSet":
+        """Some of the pictures."""
+        objects, instances = np.unique(self.instances[numbers], return_inverse=True)
+        return dataclasses.replace(
+            self,
+            pictures=self.pictures[numbers],
+            names=tuple(self.names[number] for number in numbers),
+            instances=instances,
+            instance_names=tuple(self.instance_names[number] for number in objects),
+            azimuths=None if self.azimuths is None else self.azimuths[numbers],
+            light_azimuths=None if self.light_azimuths is None else self.light_azimuths[numbers],
+        )
+
     def batch(self, indices: Integer[ndarray, "B"] | Integer[Tensor, "B"]) -> Float[Tensor, "B 3 H W"]:
         """Linear pictures 0..1 of the given numbers, in float32 on the CPU."""
         chosen = np.asarray(indices, np.int64)

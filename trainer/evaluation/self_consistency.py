@@ -5,40 +5,63 @@ a picture from there it makes another shape. Nothing but the model is needed to 
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import numpy as np
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int64, UInt8
 from numpy import ndarray
 from torch import Tensor
 
 from trainer.config import SceneConfig
 from trainer.evaluation.gallery import render
+from trainer.evaluation.pictures import linear_batches
+from trainer.evaluation.subject import Subject
 from trainer.model.aggregate_posterior import MOST_PICTURES, AggregatePosterior, fit_aggregate_posterior
 from trainer.model.vae import Model
 
 SIDES_DEGREES: Final = (20.0, 110.0, 200.0, 290.0)
 """Azimuths at which shapes are drawn: no side is seen edge-on from all of them."""
+UNKNOWN: Final = 0.15
+"""So many of a class's pictures show what a model does not know again: of vessels it is the boats with sails."""
 _BATCH: Final = 128
 
 
 @torch.no_grad()
-def self_distances(model: Model, scene: SceneConfig, codes: Float[Tensor, "N Z"]) -> Float[Tensor, "N"]:
-    """How far the shapes of codes are from those that the model makes of pictures of them: root mean square over
+def self_distances(
+    encode: Callable[[Float[Tensor, "B 3 H W"]], Float[Tensor, "B Z"]],
+    decode: Callable[[Float[Tensor, "B Z"]], Float[Tensor, "B V 3"]],
+    faces: Int64[Tensor, "F 3"],
+    scene: SceneConfig,
+    codes: Float[Tensor, "N Z"],
+) -> Float[Tensor, "N"]:
+    """How far the shapes of codes are from those that a model makes of pictures of them: root mean square over
     vertices, in the unit of the scene, in the mean of four sides."""
-    return torch.cat([_of_batch(model, scene, batch) for batch in codes.split(_BATCH)])
+
+    def of_batch(codes: Float[Tensor, "B Z"]) -> Float[Tensor, "B"]:
+        shapes = decode(codes)
+        distances = []
+        for side in SIDES_DEGREES:
+            pictures = render(faces, scene, shapes, torch.full((len(shapes),), math.radians(side)))
+            again = decode(encode(pictures.clamp(0, 1)))
+            distances.append((again - shapes).square().sum(2).mean(1).sqrt())
+        return torch.stack(distances).mean(0)
+
+    return torch.cat([of_batch(batch) for batch in codes.split(_BATCH)])
 
 
-def _of_batch(model: Model, scene: SceneConfig, codes: Float[Tensor, "B Z"]) -> Float[Tensor, "B"]:
-    shapes = model.decode(codes)
-    distances = []
-    for side in SIDES_DEGREES:
-        pictures = render(model.faces, scene, shapes, torch.full((len(shapes),), math.radians(side)))
-        again = model.decode(model.encode(pictures.clamp(0, 1)).shape_mean)
-        distances.append((again - shapes).square().sum(2).mean(1).sqrt())
-    return torch.stack(distances).mean(0)
+def unknown(subject: Subject, pictures: UInt8[ndarray, "N 3 H W"]) -> Bool[ndarray, "N"]:
+    """The pictures, a share UNKNOWN of them, of which a model knows least again what it makes of them."""
+
+    def encode(linear: Float[Tensor, "B 3 H W"]) -> Float[Tensor, "B Z"]:
+        return subject.infer(linear).shape_mean
+
+    codes = torch.cat([encode(batch) for batch in linear_batches(pictures)])
+    distances = self_distances(encode, subject.decode, subject.faces, subject.scene, codes)
+    chosen = np.zeros(len(pictures), np.bool_)
+    chosen[distances.argsort(descending=True, stable=True)[: round(UNKNOWN * len(pictures))]] = True
+    return chosen
 
 
 def consistent_posterior(
@@ -57,7 +80,11 @@ def consistent_posterior(
     )
     every = max(1, math.ceil(len(means) / MOST_PICTURES))
 
+    def encode(linear: Float[Tensor, "B 3 H W"]) -> Float[Tensor, "B Z"]:
+        return model.encode(linear).shape_mean
+
     def doubts(codes: Float[ndarray, "M Z"]) -> Float[ndarray, "M"]:
-        return np.asarray(self_distances(model, scene, torch.from_numpy(codes.astype(np.float32))))
+        drawn = torch.from_numpy(codes.astype(np.float32))
+        return np.asarray(self_distances(encode, model.decode, model.faces, scene, drawn))
 
     return fit_aggregate_posterior(means[::every], deviations[::every], doubts)

@@ -7,9 +7,12 @@ import pytest
 import torch
 from torch import Tensor
 
+from imaging.srgb import decode_table
 from tests.trainer.evaluation.conftest import SCENE, stretched
 from trainer.evaluation import self_consistency
-from trainer.evaluation.self_consistency import consistent_posterior, self_distances
+from trainer.evaluation.refinement import Inference
+from trainer.evaluation.self_consistency import UNKNOWN, consistent_posterior, self_distances, unknown
+from trainer.evaluation.subject import Subject
 from trainer.model.aggregate_posterior import LEAST_PICTURES
 from trainer.model.posterior import Posterior
 from trainer.model.vae import Model
@@ -46,22 +49,44 @@ class Told(Sizes):
         return posterior._replace(shape_mean=sizes)
 
 
+def distances(model: Sizes, codes: Tensor) -> Tensor:
+    return self_distances(lambda seen: model.encode(seen).shape_mean, model.decode, model.faces, SCENE, codes)
+
+
 def test_the_distance_is_that_of_what_the_encoder_takes_it_for() -> None:
     codes = torch.linspace(0.2, 1.0, 300)[:, None]
     model = Sizes()
-    found = self_distances(cast(Model, model), SCENE, codes)
+    found = distances(model, codes)
     torch.testing.assert_close(found, (codes[:, 0] - ANSWER).abs() * RADIUS, atol=1e-5, rtol=0)
     assert found.min() < 0.01 * RADIUS
 
 
 def test_shapes_are_seen_from_four_sides() -> None:
     model = Sizes()
-    self_distances(cast(Model, model), SCENE, torch.tensor([[1.0]]))
+    distances(model, torch.tensor([[1.0]]))
     sides = torch.cat(model.seen)
     assert sides.shape == (4, 3, SCENE.height, SCENE.width)
     assert (sides.flatten(1).amax(1) > 0.1).all()
     apart = (sides[:, None] - sides[None]).abs().flatten(2).mean(2)
     assert (apart[~torch.eye(4, dtype=torch.bool)] > 0.01).all()
+
+
+def test_unknown_are_the_pictures_whose_shapes_are_least_known_again() -> None:
+    """Of sizes from 0.1 to 1.0, those that are farthest from the one that is taken for all."""
+    model, count = Told(), 40
+
+    def infer(images: Tensor) -> Inference:
+        return Inference(model.encode(images).shape_mean, torch.empty(0), torch.empty(0), None)
+
+    subject = Subject(infer, model.decode, model.faces, torch.empty(0), SCENE, "chair", {})
+    pictures = np.zeros((count, 3, SCENE.height, SCENE.width), np.uint8)
+    sizes = np.random.default_rng(0).permutation(np.linspace(0.1, 1.0, count))
+    table = decode_table()
+    pictures[:, 0, 0, 0] = np.searchsorted(table, sizes)
+    found = unknown(subject, pictures)
+    apart = np.abs(table[pictures[:, 0, 0, 0]] - ANSWER)
+    assert found.sum() == round(UNKNOWN * count)
+    assert apart[found].min() > apart[~found].max()
 
 
 def test_of_many_pictures_some_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
