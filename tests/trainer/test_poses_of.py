@@ -26,6 +26,7 @@ from trainer.commands.teaching import (
     unknown_pictures,
 )
 from trainer.data.images import ImageSet, load_image_folder
+from trainer.data.picture import rotation_about_y
 from trainer.errors import CheckpointError, DataError
 from trainer.evaluation.mirror_plane import mirror_plane
 from trainer.evaluation.subject import predict
@@ -92,23 +93,28 @@ def test_fronts_are_settled_of_shapes_in_their_mirror(
     assert abs(seen[0]) < math.radians(2)
 
 
+@pytest.mark.parametrize("turn", [0.3, 0.3 + math.pi])
 def test_a_second_teacher_tells_what_the_first_does_not_understand(
-    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, teacher: Path, monkeypatch: pytest.MonkeyPatch, turn: float
 ) -> None:
-    """Its frame is another: it sees what the first does, but turned, of six of eight; two it tells otherwise."""
+    """It sees what the first does, in another frame, of six of eight; two it tells otherwise."""
     images, subject = pictures(folder), teacher_at(teacher)
     chosen = np.isin(np.arange(len(images)), (1, 4))
     monkeypatch.setattr(teaching, "unknown", lambda *given: chosen)
-    of_the_first = predict(subject, images.pictures)
-    seen = of_the_first.azimuths - 2 + torch.where(torch.from_numpy(chosen), 1.0, 0.0)
-    answers = iter([of_the_first, of_the_first._replace(azimuths=seen)])
+    first = predict(subject, images.pictures)
+    shapes = torch.from_numpy(first.vertices.numpy() @ rotation_about_y(turn)).float()
+    second = first._replace(azimuths=first.azimuths + turn + 2 * torch.from_numpy(chosen), vertices=shapes)
+    answers = iter([first, second])
     alone = told_poses(images, folder, subject, False, QUIET).azimuths
     monkeypatch.setattr(teaching, "predict", lambda *given: next(answers))
     told = told_poses(images, folder, subject, False, QUIET, teacher_at(teacher)).azimuths
     assert alone is not None
     assert told is not None
-    # To a quarter of a degree, of the frame.
-    np.testing.assert_allclose(np.exp(1j * told), np.exp(1j * (alone + chosen)), atol=0.01)
+    # To what a plane of symmetry is found to, of two shapes and of eight.
+    mirrors = (mirror_plane(made.numpy(), subject.faces.numpy()) for made in (first.vertices, shapes[chosen]))
+    found, theirs = mirrors
+    beside = (theirs + turn - found + math.pi / 2) % math.pi - math.pi / 2
+    np.testing.assert_allclose(np.exp(1j * told), np.exp(1j * (alone + (2 + beside) * chosen)), atol=1e-6)
     np.testing.assert_array_equal(told[~chosen], alone[~chosen])
 
 

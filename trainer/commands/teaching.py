@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray
 from rich.console import Console
 
@@ -29,9 +29,8 @@ POSES_FILE = "poses.csv"
 UNKNOWN_FILE = "unknown.csv"
 """The same of pictures that a former training does not understand: their names."""
 
-# Pictures whose azimuths two trainings see alike but for a turn agree about it to some six degrees.
-_CONCENTRATION = 100
-_TURNS = 1440
+# Two trainings that see a picture from the same side agree to so much.
+_SAME_SIDE = math.radians(30)
 
 
 def teacher_at(path: Path) -> Subject:
@@ -60,7 +59,8 @@ def told_poses(
 
     They are those of objects that are turned until the plane in which the teacher's shapes are most nearly their own
     mirror images is x = 0; and, to make shapes `alike`, by half a turn where they stand back to front. Of pictures that
-    the teacher does not understand (`unknown`), a `second` one tells them, turned to the first one's frame.
+    the teacher does not understand (`unknown`), a `second` one tells them, its own shapes' mirror being x = 0 then, and
+    its front the side that more of all pictures show both.
 
     Raises DataError where a teacher cannot use one of the pictures.
     """
@@ -74,15 +74,8 @@ def told_poses(
     azimuths = prediction.azimuths.double().numpy() + turn
     if second is not None:
         not_understood = unknown(teacher, seen.pictures)
-        others = load_as_seen(folder, second.scene)
-        _check_all_told(images, others.names, folder)
-        found = dict(zip(others.names, predict(second, others.pictures).azimuths.double().numpy(), strict=True))
-        also = np.array([found.get(name, math.nan) for name in seen.names])
-        apart = _turn_between(also, azimuths)
-        azimuths[not_understood] = also[not_understood] + apart
-        console.print(
-            f"{not_understood.sum()} of them a second one tells, its frame being turned by {math.degrees(apart):.1f}°"
-        )
+        azimuths[not_understood] = _poses_in(seen, folder, second, azimuths, not_understood)[not_understood]
+        console.print(f"{not_understood.sum()} of them a second one tells")
     if alike:
         # About +Y by -turn: then the mirror lies in x = 0.
         turned = back_to_front(prediction.vertices.numpy() @ rotation_about_y(turn), faces)
@@ -93,14 +86,20 @@ def told_poses(
     return replace(images, azimuths=np.array([told[name] for name in images.names]))
 
 
-def _turn_between(azimuths: Float[ndarray, "N"], others: Float[ndarray, "N"]) -> float:
-    """What most of `azimuths` are to be turned by to be the `others`, radians: the peak of a density on the circle."""
-    apart = (others - azimuths)[np.isfinite(azimuths)]
-    turns = np.arange(_TURNS) * 2 * math.pi / _TURNS
-    counts = np.bincount((apart / turns[1]).round().astype(np.int64) % _TURNS, minlength=_TURNS)
-    spread = np.exp(_CONCENTRATION * (np.cos(turns) - 1))
-    density = np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(spread), _TURNS)
-    return float((turns[density.argmax()] + math.pi) % (2 * math.pi) - math.pi)
+def _poses_in(
+    seen: ImageSet, folder: Path, second: Subject, azimuths: Float[ndarray, "N"], whose: Bool[ndarray, "N"]
+) -> Float[ndarray, "N"]:
+    """The azimuths of all pictures that are `seen`, from the mirror of those shapes that `second` makes of some, and by
+    that front of the two which has more of the `azimuths` that another training found."""
+    others = load_as_seen(folder, second.scene)
+    _check_all_told(seen, others.names, folder)
+    numbers = {name: number for number, name in enumerate(others.names)}
+    prediction = predict(second, others.of(np.array([numbers[name] for name in seen.names])).pictures)
+    turn = mirror_plane(prediction.vertices.numpy()[whose], second.faces.numpy())
+    found = prediction.azimuths.double().numpy() + turn
+    likeness, same = np.cos(found - azimuths), math.cos(_SAME_SIDE)
+    back_to_back = bool((likeness < -same).sum() > (likeness > same).sum())
+    return np.asarray(found + math.pi * back_to_back)
 
 
 def _check_all_told(images: ImageSet, usable: Collection[str], folder: Path) -> None:
