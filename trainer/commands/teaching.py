@@ -20,7 +20,7 @@ from trainer.evaluation.bundle import MANIFEST_FILE, from_bundle
 from trainer.evaluation.fronts import back_to_front
 from trainer.evaluation.mirror_plane import mirror_plane
 from trainer.evaluation.pictures import load_as_seen
-from trainer.evaluation.self_consistency import unknown
+from trainer.evaluation.self_consistency import doubts, unknown
 from trainer.evaluation.subject import Subject, from_checkpoint, predict
 from trainer.training.checkpoint import load_checkpoint
 
@@ -47,8 +47,14 @@ def unknown_pictures(images: ImageSet, folder: Path, teacher: Subject, console: 
     """
     seen = load_as_seen(folder, teacher.scene)
     _check_all_told(images, seen.names, folder)
-    names = {name for name, chosen in zip(seen.names, unknown(teacher, seen.pictures), strict=True) if chosen}
-    console.print(f"{len(names)} of them are trained on: those that a former training knows least again")
+    distances = doubts(teacher, seen.pictures)
+    chosen = unknown(distances)
+    times = np.median(distances[chosen]) / np.median(distances)
+    console.print(
+        f"{chosen.sum()} of them are trained on, of which a former training knows again what it makes "
+        f"{times:.1f} times worse than of the usual picture"
+    )
+    names = {name for name, one in zip(seen.names, chosen, strict=True) if one}
     return images.of(np.array([number for number, name in enumerate(images.names) if name in names], np.int64))
 
 
@@ -73,7 +79,7 @@ def told_poses(
     )
     azimuths = prediction.azimuths.double().numpy() + turn
     if second is not None:
-        not_understood = unknown(teacher, seen.pictures)
+        not_understood = unknown(doubts(teacher, seen.pictures))
         azimuths[not_understood] = _poses_in(seen, folder, second, azimuths, not_understood)[not_understood]
         console.print(f"{not_understood.sum()} of them a second one tells")
     if alike:

@@ -51,16 +51,20 @@ def self_distances(
     return torch.cat([of_batch(batch) for batch in codes.split(_BATCH)])
 
 
-def unknown(subject: Subject, pictures: UInt8[ndarray, "N 3 H W"]) -> Bool[ndarray, "N"]:
-    """The pictures, a share UNKNOWN of them, of which a model knows least again what it makes of them."""
+def doubts(subject: Subject, pictures: UInt8[ndarray, "N 3 H W"]) -> Float[ndarray, "N"]:
+    """`self_distances` of what a model makes of pictures."""
 
     def encode(linear: Float[Tensor, "B 3 H W"]) -> Float[Tensor, "B Z"]:
         return subject.infer(linear).shape_mean
 
     codes = torch.cat([encode(batch) for batch in linear_batches(pictures)])
-    distances = self_distances(encode, subject.decode, subject.faces, subject.scene, codes)
-    chosen = np.zeros(len(pictures), np.bool_)
-    chosen[distances.argsort(descending=True, stable=True)[: round(UNKNOWN * len(pictures))]] = True
+    return np.asarray(self_distances(encode, subject.decode, subject.faces, subject.scene, codes))
+
+
+def unknown(distances: Float[ndarray, "N"]) -> Bool[ndarray, "N"]:
+    """The pictures, a share UNKNOWN of them, of which a model knows least again what it makes of them."""
+    chosen = np.zeros(len(distances), np.bool_)
+    chosen[np.argsort(-distances, kind="stable")[: round(UNKNOWN * len(distances))]] = True
     return chosen
 
 

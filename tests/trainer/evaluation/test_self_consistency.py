@@ -11,7 +11,7 @@ from imaging.srgb import decode_table
 from tests.trainer.evaluation.conftest import SCENE, stretched
 from trainer.evaluation import self_consistency
 from trainer.evaluation.refinement import Inference
-from trainer.evaluation.self_consistency import UNKNOWN, consistent_posterior, self_distances, unknown
+from trainer.evaluation.self_consistency import UNKNOWN, consistent_posterior, doubts, self_distances, unknown
 from trainer.evaluation.subject import Subject
 from trainer.model.aggregate_posterior import LEAST_PICTURES
 from trainer.model.posterior import Posterior
@@ -83,7 +83,7 @@ def test_unknown_are_the_pictures_whose_shapes_are_least_known_again() -> None:
     sizes = np.random.default_rng(0).permutation(np.linspace(0.1, 1.0, count))
     table = decode_table()
     pictures[:, 0, 0, 0] = np.searchsorted(table, sizes)
-    found = unknown(subject, pictures)
+    found = unknown(doubts(subject, pictures))
     apart = np.abs(table[pictures[:, 0, 0, 0]] - ANSWER)
     assert found.sum() == round(UNKNOWN * count)
     assert apart[found].min() > apart[~found].max()
