@@ -71,13 +71,14 @@ def told_poses(
     Raises DataError where a teacher cannot use one of the pictures.
     """
     seen = load_as_seen(folder, teacher.scene)
+    _check_all_told(images, seen.names, folder)
     prediction, faces = predict(teacher, seen.pictures), teacher.faces.numpy()
     turn = mirror_plane(prediction.vertices.numpy(), faces)
-    not_understood = np.zeros(len(seen.names), np.bool_)
     console.print(
         f"told the poses that a former training finds, its mirror being {math.degrees(turn):.1f}° beside x = 0"
     )
     azimuths = prediction.azimuths.double().numpy() + turn
+    not_understood = np.zeros(len(azimuths), np.bool_)
     if second is not None:
         not_understood = unknown(doubts(teacher, seen.pictures))
         azimuths[not_understood] = _poses_in(seen, folder, second, azimuths, not_understood)[not_understood]
@@ -87,7 +88,6 @@ def told_poses(
         turned = back_to_front(prediction.vertices.numpy() @ rotation_about_y(turn), faces)
         console.print(f"{turned.sum()} of {len(turned)} objects are turned round, to be like the others")
         azimuths += math.pi * (turned & ~not_understood)
-    _check_all_told(images, seen.names, folder)
     told = dict(zip(seen.names, (azimuths + math.pi) % (2 * math.pi) - math.pi, strict=True))
     return replace(images, azimuths=np.array([told[name] for name in images.names]))
 
