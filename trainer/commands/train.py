@@ -74,8 +74,8 @@ class TrainCommand:
     of which that one knows least again what it makes of them, seen from other sides. Such kinds of objects, as boats
     with sails among ships, find their poses among themselves. --resume remembers it."""
     unknown_poses_of: Path | None = None
-    """Beside --poses-of RUN, a training that was --unknown-to RUN: it tells the poses in those pictures. --resume
-    remembers it."""
+    """Run directory or bundle of such a training on what the one of --poses-of knows least again: it tells the poses in
+    those pictures. --resume remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = DEFAULT
