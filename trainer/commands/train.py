@@ -2,25 +2,17 @@
 
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import torch
 import tyro
 from rich.console import Console
 
 from trainer import processes
+from trainer.commands.former import FormerOptions
 from trainer.commands.fresh import FreshOptions, drawn_scene, fresh_options, open_fresh
 from trainer.commands.preparation import check_preparation, report_preparation
 from trainer.commands.progress import progress_of
-from trainer.commands.teaching import (
-    keep_names,
-    keep_poses,
-    kept_pictures,
-    kept_poses,
-    teacher_at,
-    told_poses,
-    unknown_pictures,
-)
 from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, load_image_folder
 from trainer.data.rig import load_rig
@@ -61,21 +53,6 @@ class TrainCommand:
     shards_at_once: int = 8
     """Tar files in memory that minibatches are drawn from; while they are, as many more are decoded. --resume
     remembers both."""
-    poses_of: Path | None = None
-    """Run directory or bundle of a former training on the same --images: this one is told the poses that it finds in
-    them, such that the mirror of --model.symmetry lies where its shapes are most nearly their own mirror images. Sets
-    --loss.pose-supervision azimuth. --resume remembers it."""
-    fronts: Literal["found", "alike"] = "found"
-    """What --poses-of tells: poses as they are found, or turned by half a turn where an object is then more like the
-    others (where some kinds of a class are learnt backwards, as airplanes). That takes three minutes of a core for 4000
-    pictures. --resume remembers it."""
-    unknown_to: Path | None = None
-    """Run directory or bundle of a former training on the same --images: this one is trained on the 15 % of them alone
-    of which that one knows least again what it makes of them, seen from other sides. Such kinds of objects, as boats
-    with sails among ships, find their poses among themselves. --resume remembers it."""
-    unknown_poses_of: Path | None = None
-    """Run directory or bundle of such a training on what the one of --poses-of knows least again: it tells the poses in
-    those pictures. --resume remembers it."""
     category: Annotated[str, tyro.conf.arg(name="class")] = ""
     """What the pictures show, one word; by default the name of the folder. Alone: procedural class to draw."""
     preset: str = DEFAULT
@@ -100,6 +77,8 @@ class TrainCommand:
     """CPU threads of the networks and the renderer; 0 means one per core."""
     intervals: Intervals = field(default_factory=Intervals)
     """How often what is written, in steps."""
+    former: Annotated[FormerOptions, tyro.conf.arg(name="")] = field(default_factory=FormerOptions)
+    """What former trainings found in the pictures of --images."""
     fresh: Annotated[FreshOptions, tyro.conf.arg(name="")] = field(default_factory=FreshOptions)
     """Views that are drawn for each step."""
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = field(default_factory=TrainConfig)
@@ -118,19 +97,14 @@ class TrainCommand:
             fresh = from_mapping(FreshOptions, before.run.get("fresh", {}), f"{run}, fresh")
             shards = Path(before.run["shards"]) if "shards" in before.run else None
             at_once = int(before.run.get("shards_at_once", cls.shards_at_once))
-            poses = Path(before.run["poses_of"]) if "poses_of" in before.run else None
-            options: dict[str, Any] = {"starts": starts, "fresh": fresh, "config": before.config}
-            options |= {
-                option: Path(before.run[option])
-                for option in ("unknown_to", "unknown_poses_of")
-                if option in before.run
-            }
-            fronts = before.run.get("fronts", cls.fronts)
-            return cls(images, required, shards, at_once, poses, fronts, category=before.category, **options)
+            return cls(
+                images, required, shards, at_once, before.category, starts=starts, former=FormerOptions.of(before.run),
+                fresh=fresh, config=before.config,
+            )  # fmt: skip
         return cls(None, required, fresh=fresh_options(preset_setting(preset)), config=load_preset(preset))
 
     def run(self) -> None:
-        if self.poses_of is not None and self.config.loss.pose_supervision != "azimuth":
+        if self.former.poses_of is not None and self.config.loss.pose_supervision != "azimuth":
             config = replace(self.config, loss=replace(self.config.loss, pose_supervision="azimuth"))
             replace(self, config=config).run()
             return
@@ -156,11 +130,12 @@ class TrainCommand:
             provenance = {"images": str(self.images.resolve())}
             console.print(f"{len(source)} pictures of {len(source.instance_names)} objects, {category}")
             check_preparation(self.images, source)
-            if self.unknown_to is not None:
-                source = self._unknown(source, self.images, self.unknown_to, console)
-            if self.poses_of is not None:
-                source = self._told(source, self.images, self.poses_of, console)
-            provenance |= self._former()
+            if self.resume:
+                self.former.check_resumed(begun(self.run_directory)[0].run)
+                source = self.former.kept(source, self.run_directory)
+            else:
+                source = self.former.found(source, self.images, self.run_directory, console)
+            provenance |= self.former.remembered()
             if first and (self.resume or not (self.run_directory / FILE_NAME).exists()):
                 report_preparation(console, self.images, source, self.run_directory)
         elif self.shards is not None:
@@ -244,56 +219,6 @@ class TrainCommand:
         self._check_lights(folder, images.scene)
         return images
 
-    def _unknown(self, images: ImageSet, folder: Path, teacher: Path, console: Console) -> ImageSet:
-        """The pictures that a former training does not understand; of a training that is resumed, those it had before.
-
-        Raises ConfigError where others are asked for then.
-        """
-        if self.resume:
-            self._check_former()
-            return kept_pictures(images, self.run_directory)
-        chosen = unknown_pictures(images, folder, teacher_at(teacher), console)
-        if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
-            keep_names(chosen, self.run_directory)
-        return chosen
-
-    def _told(self, images: ImageSet, folder: Path, teacher: Path, console: Console) -> ImageSet:
-        """The pictures with the poses that are told; of a training that is resumed, those that it was told before.
-
-        Raises ConfigError where other ones are asked for then.
-        """
-        if self.resume:
-            self._check_former()
-            return kept_poses(images, self.run_directory)
-        second = None if self.unknown_poses_of is None else teacher_at(self.unknown_poses_of)
-        told = told_poses(images, folder, teacher_at(teacher), self.fronts == "alike", console, second)
-        if processes.number() == 0 and not (self.run_directory / FILE_NAME).exists():
-            keep_poses(told, self.run_directory)
-        return told
-
-    def _former(self) -> dict[str, str]:
-        """What the checkpoint remembers of former trainings."""
-        named = {
-            "poses_of": self.poses_of,
-            "unknown_to": self.unknown_to,
-            "unknown_poses_of": self.unknown_poses_of,
-        }
-        former = {option: str(path.resolve()) for option, path in named.items() if path is not None}
-        return former | ({"fronts": self.fronts} if self.poses_of is not None else {})
-
-    def _check_former(self) -> None:
-        """Raises ConfigError where a training that is resumed is to have another teacher than before."""
-        before, asked = begun(self.run_directory)[0].run, self._former()
-        if other := [option for option, value in asked.items() if before.get(option) != value]:
-            options = ", ".join(
-                f"--{option.replace('_', '-')} {asked[option]} instead of {before.get(option, 'none')}"
-                for option in other
-            )
-            raise ConfigError(
-                f"Expected a training that is resumed to be told what it was told before, found {options}. Leave such "
-                "options away."
-            )
-
     def _stream(self, folder: Path) -> ShardPictures:
         """The same for shards."""
         if not 1 <= self.shards_at_once <= 1024:
@@ -346,24 +271,14 @@ class TrainCommand:
         return drawn_scene(self.fresh, self.config.height, self.config.height)
 
     def _category(self) -> str:
-        """Raises ConfigError where no pictures are named, two kinds of them, or poses are told of what has none."""
+        """Raises ConfigError where no pictures are named, two kinds of them, or such as former trainings cannot use."""
         folders = [folder for folder in (self.images, self.shards, self.fresh.meshes, self.fresh.shapenet) if folder]
         if len(folders) > 1 or not (folders or self.category):
             raise ConfigError(
                 "Expected one of --images DIR, --shards DIR, --meshes DIR, --shapenet DIR and --class CLASS, found "
                 f"{'none' if not folders else ' and '.join(map(str, folders))}."
             )
-        if self.poses_of is not None and self.images is None:
-            raise ConfigError("Expected --poses-of only beside --images DIR, found other pictures. Leave it away.")
-        if self.unknown_to is not None and (self.images is None or self.poses_of is not None):
-            raise ConfigError(
-                "Expected --unknown-to RUN beside --images DIR, of a training that finds poses itself, found "
-                f"{'other pictures' if self.images is None else '--poses-of'}. Leave one of them away."
-            )
-        if self.fronts != TrainCommand.fronts and self.poses_of is None:
-            raise ConfigError(f"Expected --fronts {self.fronts} only beside --poses-of RUN, found none. Leave it away.")
-        if self.unknown_poses_of is not None and self.poses_of is None:
-            raise ConfigError("Expected --unknown-poses-of only beside --poses-of RUN, found none. Leave it away.")
+        self.former.check(self.images is not None)
         return self.category or Path(folders[0]).resolve().name
 
 
