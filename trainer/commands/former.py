@@ -21,6 +21,8 @@ from trainer.data.images import ImageSet
 from trainer.errors import ConfigError
 from trainer.training.checkpoint import FILE_NAME
 
+_TEACHERS = ("poses_of", "unknown_to", "unknown_poses_of")
+
 
 @dataclass(frozen=True)
 class FormerOptions:
@@ -108,6 +110,3 @@ class FormerOptions:
         if self.poses_of is not None:
             images = kept_poses(images, run_directory)
         return images
-
-
-_TEACHERS = ("poses_of", "unknown_to", "unknown_poses_of")
