@@ -27,6 +27,8 @@ from trainer.training.checkpoint import FILE_NAME
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
+from trainer.training.longer_look import MOST_STEPS as MOST_LOOKING_STEPS
+from trainer.training.longer_look import STEPS as LOOKING_STEPS
 from trainer.training.loop import train
 from trainer.training.reframing import reframe
 from trainer.training.threads import limit_threads
@@ -68,6 +70,10 @@ class TrainCommand:
     reframing_share: float = 0.5
     """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
     a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
+    looking_steps: int = LOOKING_STEPS
+    """What the encoder learns in these is what so many steps of descent find in the training pictures from its own word
+    on, by which shapes and poses explain them better; 0: its own word. (Where an object is seen in several views at
+    once: its own word.)"""
     device: Choice = "auto"
     """Where the networks and the renderer compute; auto: a GPU where there is one."""
     record: bool = True
@@ -112,6 +118,8 @@ class TrainCommand:
         check_intervals(self.intervals)
         if not 0 <= self.reframing_share <= 100:
             raise ConfigError(f"Expected --reframing-share from 0 to 100, found {self.reframing_share:g}.")
+        if not 0 <= self.looking_steps <= MOST_LOOKING_STEPS:
+            raise ConfigError(f"Expected --looking-steps from 0 to {MOST_LOOKING_STEPS}, found {self.looking_steps}.")
         with processes.joined():
             self._train()
 
@@ -153,15 +161,14 @@ class TrainCommand:
         starts = self._starts()
         if starts != 1:
             config, resume = self._best_start(starts, source, category, provenance, console, device), True
-        # Objects that were cut out are where the rule sets them already.
-        due = round(self.reframing_share * config.optimiser.steps) if source.framed else 0
+        due = round(self.reframing_share * config.optimiser.steps)
         with progress_of("training", config.optimiser.steps + due, console) as report:
             intervals, directory = self.intervals, self.run_directory
             last = train(
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
             )
             if last.step >= config.optimiser.steps:
-                last = reframe(last, directory, source, due, intervals, report, device, self.record)
+                last = reframe(last, directory, source, due, intervals, report, device, self.record, self.looking_steps)
         finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"
         alone = f" and {last.reframing_steps} more for the encoder" if last.reframing_steps else ""

@@ -19,9 +19,12 @@ from jaxtyping import Float, Float32
 from numpy import ndarray
 from torch import Tensor
 
+from imaging.srgb import encode
 from trainer import processes
 from trainer.config import SceneConfig
+from trainer.data.images import ImageSet, Preparation, image_set
 from trainer.data.mesh_store import MeshStore, Ready
+from trainer.data.metadata import Row
 from trainer.data.picture import draw
 from trainer.data.plan import RenderSettings, instance_names, is_procedural, load_instance, poses
 from trainer.data.source import MOST_SHOWN, Minibatch, step_generator
@@ -71,6 +74,14 @@ class FreshViews:
         """The first objects out of these that can be read."""
         readable = ((name, found) for name in names if (found := self.store.get(name)) is not None)
         return list(itertools.islice(readable, MOST_SHOWN))
+
+    def some(self, most: int, seed: int) -> ImageSet:
+        known, codes = [], []
+        for number in range(most):
+            picture, azimuth = self._drawn(range(number, number + 1), seed, 0, 1)
+            known.append(Row(f"{number}", f"{number}", math.degrees(azimuth), None))
+            codes.append(encode(picture[0].numpy()))
+        return image_set(known, codes, self.scene, (), Preparation(framed=most))
 
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         # Half of the cores: the training has work for the others.

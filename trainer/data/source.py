@@ -51,6 +51,10 @@ class PictureSource(Protocol):
     def shown(self) -> Float[Tensor, "N 3 H W"]:
         """The same few pictures on every call, held-out ones where there are any."""
 
+    def some(self, most: int, seed: int) -> ImageSet:
+        """So many of the pictures that are trained on, or all where there are no more, the same ones in every
+        process."""
+
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         """The minibatches of steps `start`, `start` + 1 …, without end; each depends on `seed` and its step alone.
 
@@ -88,6 +92,10 @@ class FolderPictures:
 
     def shown(self) -> Float[Tensor, "N 3 H W"]:
         return self.images.batch((self.held_out if len(self.held_out) else self.chosen)[:MOST_SHOWN])
+
+    def some(self, most: int, seed: int) -> ImageSet:
+        order = torch.randperm(len(self.chosen), generator=step_generator(seed, 0))
+        return self.images.of(self.chosen[order[:most]].numpy())
 
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         known = self.images.azimuths

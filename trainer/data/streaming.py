@@ -66,6 +66,13 @@ class ShardPictures:
         images = self.load((self.held_out or self.shards)[:1])
         return images.batch(np.arange(min(MOST_SHOWN, len(images))))
 
+    def some(self, most: int, seed: int) -> ImageSet:
+        order = np.random.default_rng([seed, 0]).permutation(len(self.shards))
+        found = itertools.accumulate(self.shards[number].pictures for number in order)
+        enough = sum(pictures < most for pictures in found) + 1
+        images = self.load(tuple(self.shards[number] for number in order[:enough]))
+        return images.of(np.random.default_rng([seed, 1]).permutation(len(images))[:most])
+
     def minibatches(self, size: int, seed: int, start: int, views: int = 1) -> Generator[Minibatch]:
         with ThreadPoolExecutor(1, "shards") as ahead:
             windows = itertools.chain.from_iterable(self.windows(size, seed, epoch) for epoch in itertools.count())

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from trainer.model.loss import LossWeights
+from trainer.training.longer_look import Look
 
 
 class Differentiable(Protocol):
@@ -30,6 +31,8 @@ class Given(NamedTuple):
     weights: LossWeights | None
     """None where the loss has no terms to weigh."""
     generator: torch.Generator
+    look: Look | None = None
+    """What the encoder is taught of these pictures, where that is more than its own word."""
 
 
 class Descent(NamedTuple, Generic[Result]):

@@ -3,16 +3,18 @@
 from collections.abc import Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Final, Literal
+from typing import Any, Final, Literal, TypeVar
 
 import torch
+from torch import Tensor
 
 from trainer import processes
-from trainer.data.source import Minibatch
 from trainer.errors import ConfigError, StorageError
 
 Choice = Literal["auto", "cpu", "cuda"]
 CPU: Final = torch.device("cpu")
+
+Batch = TypeVar("Batch", bound=tuple[Any, ...])
 
 
 def chosen_device(choice: Choice) -> torch.device:
@@ -37,20 +39,26 @@ def chosen_device(choice: Choice) -> torch.device:
     return device
 
 
-def sent_to(device: torch.device, minibatches: Generator[Minibatch]) -> Generator[Minibatch]:
-    """The same minibatches, pictures and azimuths on the device; while one is learnt from, another thread gets the
-    next one ready. To be closed, before `minibatches` are."""
+def sent_to(device: torch.device, minibatches: Generator[Batch]) -> Generator[Batch]:
+    """The same minibatches, their tensors on the device; while one is learnt from, another thread gets the next one
+    ready. To be closed, before `minibatches` are."""
     if device.type == "cpu":
         yield from minibatches
         return
     with ThreadPoolExecutor(1, "minibatches") as ahead:
         following = ahead.submit(next, minibatches)
         while True:
-            pictures, azimuths, generator = following.result()
+            batch = following.result()
             following = ahead.submit(next, minibatches)
-            # From pinned memory a copy does not hold up the CPU.
-            there = pictures.pin_memory().to(device, non_blocking=True)
-            yield Minibatch(there, None if azimuths is None else azimuths.to(device), generator)
+            yield on(device, batch)
+
+
+def on(device: torch.device, value: Any) -> Any:
+    """The same tensors, in the same named tuples, on the device."""
+    if isinstance(value, Tensor):
+        # From pinned memory a copy does not hold up the CPU.
+        return value.pin_memory().to(device, non_blocking=True)
+    return type(value)(*(on(device, part) for part in value)) if isinstance(value, tuple) else value
 
 
 @contextmanager

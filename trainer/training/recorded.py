@@ -18,6 +18,7 @@ from torch import nn
 from trainer import processes
 from trainer.recording import Recording
 from trainer.training.descent import Descent, Differentiation, Given, Result, Unrecorded, differentiate, put_back
+from trainer.training.longer_look import Look
 
 # Weights that change from step to step are numbers in memory; the others are part of what is recorded.
 COOLING: Final = ("kl", "temperature", "encoder_prior", "laplacian")
@@ -145,12 +146,14 @@ class _Inputs:
     def __init__(self, given: Given) -> None:
         self.pictures = torch.empty_like(given.pictures)
         self.azimuths = None if given.azimuths is None else torch.empty_like(given.azimuths)
+        self.look = given.look and given.look.each(torch.empty_like)
         self.cooling = given.pictures.new_empty(len(COOLING))
 
     def fill(self, given: Given) -> None:
         self.pictures.copy_(given.pictures)
         if self.azimuths is not None and given.azimuths is not None:
             self.azimuths.copy_(given.azimuths)
+        _copy(given.look, self.look)
         if given.weights is not None:
             self.cooling.copy_(torch.tensor([getattr(given.weights, name) for name in COOLING]))
 
@@ -159,7 +162,13 @@ class _Inputs:
         if weights is not None:
             in_memory: dict[str, Any] = dict(zip(COOLING, self.cooling.unbind(), strict=True))
             weights = weights._replace(**in_memory)
-        return Given(self.pictures, self.azimuths, weights, given.generator)
+        return Given(self.pictures, self.azimuths, weights, given.generator, self.look)
+
+
+def _copy(source: Look | None, target: Look | None) -> None:
+    for given, kept in zip(source or (), target or (), strict=True):
+        if given is not None and kept is not None:
+            kept.copy_(given)
 
 
 @cache
@@ -173,4 +182,4 @@ def _kind_of(given: Given) -> tuple[Any, ...]:
     """Steps of one kind can be replayed from one recording."""
     weights = None if given.weights is None else given.weights._asdict()
     kept = [(name, weight) for name, weight in (weights or {}).items() if name not in COOLING]
-    return tuple(given.pictures.shape), given.azimuths is None, kept
+    return tuple(given.pictures.shape), given.azimuths is None, given.look is None, kept

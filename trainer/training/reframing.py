@@ -4,13 +4,16 @@ Renderings show an object where their camera has it, and as bright and as sharp 
 picture of their own has no such camera: the object is cut out and set into the frame by a rule (`imaging.framing`),
 which is off by some percent, and exposure, white balance and sharpness are others. An encoder that has never seen this
 is easily led astray: it takes darker cars for lower ones, and turns them round. So it learns to say of such a picture
-what it says of the one that was rendered. Shapes stay as they are.
+what is to be said of the one that was rendered: what it says itself, or rather what a longer look finds from there
+(`training.longer_look`), which explains the picture better. Shapes stay as they are.
 """
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, nullcontext
 from copy import deepcopy
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -24,7 +27,8 @@ from imaging.framing import Frame
 from trainer import processes
 from trainer.config import TrainConfig
 from trainer.data.images import ImageSet, frame_in
-from trainer.data.source import Minibatch, PictureSource
+from trainer.data.source import PictureSource, batch_indices, step_generator
+from trainer.errors import DataError
 from trainer.model.batch_norm import synchronise
 from trainer.model.posterior import Posterior, divergence_between
 from trainer.model.vae import Model
@@ -36,6 +40,8 @@ from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
+from trainer.training.longer_look import STEPS as LOOKING_STEPS
+from trainer.training.longer_look import Look, joined, look_longer
 from trainer.training.loop import note_skipped, of_folder
 from trainer.training.optimiser import adam, at_step
 from trainer.training.recorded import differentiation_on
@@ -51,6 +57,9 @@ _CENTRE_DEVIATION: Final = 0.01
 _EXPOSURE_DEVIATION: Final = 0.5
 _BALANCE_DEVIATION: Final = 0.1
 _SHARPNESS_DEVIATION: Final = 0.7
+MOST_STUDIED: Final = 4096
+"""Pictures that are looked at longer, and taught."""
+_LOOKED_AT_ONCE: Final = 256
 _PLACEMENT, _CAMERA = 3, 5
 """Numbers that say where an object is set, and what camera took it."""
 
@@ -64,16 +73,18 @@ def reframe(
     report: Callable[[int, dict[str, float]], None],
     device: torch.device = CPU,
     record: bool = True,
+    looking: int = LOOKING_STEPS,
 ) -> Checkpoint:
     """The phase of a run whose other steps are done, from what `training.loop.train` returned; returns the last
     checkpoint, which is also written there.
 
     It has so many steps, with numbers behind the others'; nothing is done where it has had as many. One that is
     stopped, by Ctrl-C or otherwise, leaves the checkpoint as it was, and begins anew. Pictures, `report`, device,
-    `record` and processes are as they are there.
+    `record` and processes are as they are there. What is taught is found by `looking` steps of a longer look at
+    `MOST_STUDIED` pictures; if that is 0, or several views are pooled, it is what the encoder says of all.
 
     Raises:
-        DataError: no finite gradient any more.
+        DataError: no finite gradient, or shape, any more.
         StorageError: the disk, or the memory, is full.
     """
     config, model, before = checkpoint.config, checkpoint.model, checkpoint.step
@@ -86,44 +97,112 @@ def reframe(
     with (
         Journal(run_directory, config, before, clock.seconds_before) if first else nullcontext() as journal,
         interruptible() as interrupted,
-        closing(source.minibatches(config.optimiser.batch_size, config.seed, before)) as drawn,
-        closing(sent_to(device, drawn)) as minibatches,
         enough_memory(device, config.optimiser.batch_size),
     ):
-        learning = learn_reframed(model, config, frame_in(checkpoint.scene), minibatches, steps, device, record)
-        for step, taken in enumerate(learning, before + 1):
-            if taken is None:
-                skipped += 1
-                note_skipped(journal, step, skipped)
-            else:
-                skipped = 0
-                if journal and (step % intervals.log == 0 or step == before + steps):
-                    figures = {"loss": float(taken.result.loss().detach()), "gradient_norm": taken.gradient_norm}
-                    journal.log(step, figures)
-                    report(step, figures)
-            if processes.anywhere(interrupted()):
+
+        def stopped() -> bool:
+            return processes.anywhere(interrupted())
+
+        studied = None
+        if looking and config.optimiser.views_per_instance == 1:
+            studied = study(checkpoint, source.some(MOST_STUDIED, config.seed), looking, device, stopped)
+            if studied is None:
                 return checkpoint
+        with (
+            closing(lessons(config, studied or source, before)) as drawn,
+            closing(sent_to(device, drawn)) as taught,
+        ):
+            frame = frame_in(checkpoint.scene) if source.framed else None
+            learning = learn_reframed(model, config, frame, taught, steps, device, record)
+            for step, taken in enumerate(learning, before + 1):
+                if taken is None:
+                    skipped += 1
+                    note_skipped(journal, step, skipped)
+                else:
+                    skipped = 0
+                    if journal and (step % intervals.log == 0 or step == before + steps):
+                        figures = {"loss": float(taken.result.loss().detach()), "gradient_norm": taken.gradient_norm}
+                        journal.log(step, figures)
+                        report(step, figures)
+                if stopped():
+                    return checkpoint
     last = replace(checkpoint, run=checkpoint.run | clock.told() | {"reframing_steps": steps})
     if first:
         save_checkpoint(run_directory / FILE_NAME, last)
     return last
 
 
+class Studied(NamedTuple):
+    """Pictures that were looked at longer."""
+
+    images: ImageSet
+    look: Look
+
+
+def study(
+    checkpoint: Checkpoint, images: ImageSet, steps: int, device: torch.device, stopped: Callable[[], bool]
+) -> Studied | None:
+    """What so many steps of a longer look find; None where it was stopped first.
+
+    Raises DataError where what the model makes of pictures cannot be drawn.
+    """
+    model, found = deepcopy(checkpoint.model).eval().to(device), []
+    for numbers in torch.arange(len(images)).split(_LOOKED_AT_ONCE):
+        if stopped():
+            return None
+        try:
+            pictures = images.batch(numbers).to(device)
+            found.append(look_longer(model, checkpoint.scene, checkpoint.config, pictures, steps))
+        except FloatingPointError as error:
+            raise DataError(
+                f"Expected shapes that can be drawn: {error}. Train again with a lower --optimiser.learning-rate, and "
+                "look at the pictures."
+            ) from error
+    return Studied(images, joined(found))
+
+
+class Lesson(NamedTuple):
+    """What one step is taught by."""
+
+    pictures: Float[Tensor, "B 3 H W"]
+    """Linear, 0..1."""
+    look: Look | None
+    """What a longer look finds in them."""
+    generator: torch.Generator
+
+
+def lessons(config: TrainConfig, source: Studied | PictureSource, start: int) -> Generator[Lesson]:
+    """Those of steps `start`, `start` + 1 …, without end; of processes that train together each gets its share."""
+    size, seed = config.optimiser.batch_size, config.seed
+    if not isinstance(source, Studied):
+        with closing(source.minibatches(size, seed, start)) as minibatches:
+            for pictures, _, generator in minibatches:
+                yield Lesson(pictures, None, generator)
+        return
+    everything = torch.arange(len(source.images))
+    for step in itertools.count(start):
+        generator = step_generator(seed, step)
+        chosen = batch_indices(everything, size, generator)[processes.share(size)]
+        look = source.look.each(partial(torch.index_select, dim=0, index=chosen))
+        yield Lesson(source.images.batch(chosen), look, generator)
+
+
 def learn_reframed(
     model: Model,
     config: TrainConfig,
-    frame: Frame,
-    minibatches: Iterator[Minibatch],
+    frame: Frame | None,
+    taught: Iterator[Lesson],
     steps: int,
     device: torch.device = CPU,
     record: bool = True,
 ) -> Iterator[Descent["ReframingResult"] | None]:
-    """Teaches the model's encoder what it says of pictures, also where another camera took them and the rule sets their
-    objects.
+    """Teaches the model's encoder what a longer look finds in pictures, or else what it says itself of them, also where
+    another camera took them and the rule sets their objects.
 
-    Every second picture is changed so, the others stay as they are. Yields what each step gave, None where it was
+    Every second picture is changed so, the others stay as they are. Without a `frame` the rule has set all objects
+    already, and another camera is all that differs. Yields what each step gave, None where it was
     skipped for want of a finite gradient; the model is as it was until the last one has been asked for. Of processes
-    that train together each has its share of the minibatches, and all end with the same model. It may be on another
+    that train together each has its share of the lessons, and all end with the same model. It may be on another
     device than `device`, where the pictures are and everything is computed.
     """
     convolutions, size = number_format(config.precision, device), config.optimiser.batch_size
@@ -137,17 +216,18 @@ def learn_reframed(
     def forward(given: Given) -> ReframingResult:
         pictures = given.pictures
         with torch.no_grad():
-            taught = encode_mixed(teacher, pictures, convolutions)
+            said = told(encode_mixed(teacher, pictures, convolutions), given.look)
         noise = normal_noise((size, _PLACEMENT + _CAMERA), given.generator, pictures.dtype, pictures.device)[own]
-        placed = reframed(pictures, frame, noise[:, :_PLACEMENT])
+        placed = pictures if frame is None else reframed(pictures, frame, noise[:, :_PLACEMENT])
         seen = torch.where(every_second, retaken(placed, noise[:, _PLACEMENT:]), pictures)
-        result: ReframingResult = taking(seen, taught, convolutions)
+        result: ReframingResult = taking(seen, said, convolutions)
         return result
 
     differentiation = differentiation_on(device, student, schedule.gradient_clip, forward, record)
     for step in range(steps):
-        pictures, _, generator = next(minibatches)
-        yield descend(at_step(optimiser, schedule, step), differentiation, Given(pictures, None, None, generator))
+        lesson = next(taught)
+        given = Given(lesson.pictures, None, None, lesson.generator, lesson.look)
+        yield descend(at_step(optimiser, schedule, step), differentiation, given)
     model.encoder.load_state_dict(student.encoder.state_dict())
     model.heads.load_state_dict(student.heads.state_dict())
 
@@ -156,7 +236,7 @@ class ReframingResult(NamedTuple):
     """One step's."""
 
     divergence: Float[Tensor, "B"]
-    """KL from what the model said of each picture before this phase to what it says now, nats."""
+    """KL from what is taught of each picture to what the model says now, nats."""
 
     def loss(self) -> Tensor:
         return self.divergence.mean()
@@ -173,6 +253,16 @@ class Reframing(nn.Module):
         self, pictures: Float[Tensor, "B 3 H W"], taught: Posterior, convolutions: torch.dtype
     ) -> ReframingResult:
         return ReframingResult(divergence_between(taught, encode_mixed(self, pictures, convolutions)))
+
+
+def told(said: Posterior, look: Look | None) -> Posterior:
+    """What is taught: the encoder's word, its means replaced by what a longer look finds."""
+    if look is None:
+        return said
+    light = said.light
+    if light is not None and look.light_fine is not None:
+        light = light._replace(fine_mean=look.light_fine)
+    return said._replace(shape_mean=look.shape_code, azimuth_fine_mean=look.azimuth_fine, light=light)
 
 
 def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3 H W"]:

@@ -21,9 +21,10 @@ from trainer.model.vae import Model
 from trainer.training.descent import Given
 from trainer.training.device import CPU
 from trainer.training.figures import figures_of
+from trainer.training.longer_look import Look
 from trainer.training.loop import stepping
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import learn_reframed
+from trainer.training.reframing import Studied, learn_reframed, lessons
 from trainer.training.schedule import weights_at
 
 SETTINGS = {
@@ -78,8 +79,12 @@ def first_reframing(folder: Path) -> dict[str, Tensor]:
     """The same of the last phase, by itself: divergence, the gradient's norm and the running means."""
     config = SETTINGS["exact"]
     source, model = begun(config, folder)
-    minibatches = (one._replace(pictures=one.pictures.double()) for one in source.minibatches(8, 0, 0))
-    (taken,) = list(learn_reframed(model, replace(config, precision="float32"), frame_in(source.scene), minibatches, 1))
+    random = torch.Generator().manual_seed(0)
+    count, latent = len(source.images), config.model.latent
+    look = Look(torch.randn(count, latent, generator=random), 0.1 * torch.randn(count, generator=random), None)
+    found = lessons(config, Studied(source.images, look.each(Tensor.double)), 0)
+    taught = (one._replace(pictures=one.pictures.double()) for one in found)
+    (taken,) = list(learn_reframed(model, replace(config, precision="float32"), frame_in(source.scene), taught, 1))
     assert taken is not None
     loss = processes.mean(taken.result.loss().detach())
     return {"loss": loss, "norm": torch.tensor(taken.gradient_norm)} | dict(model.named_buffers())

@@ -23,11 +23,12 @@ from trainer.rendering.cpu import topology_of
 from trainer.selection import bound
 from trainer.selection.bound import held_out_bound
 from trainer.training import device as device_module
-from trainer.training import reframing, step
+from trainer.training import longer_look, reframing, step
 from trainer.training.device import CPU, chosen_device, enough_memory, sent_to
+from trainer.training.longer_look import Look, look_longer
 from trainer.training.loop import fixed_geometry, train
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import learn_reframed
+from trainer.training.reframing import Lesson, learn_reframed
 from trainer.training.schedule import weights_at
 from trainer.training.step import forward, number_format
 
@@ -197,11 +198,22 @@ def test_the_last_phase_is_on_one_device(elsewhere: torch.device, monkeypatch: p
     monkeypatch.setattr(reframing, "descend", noting)
     frame = frame_in(SceneConfig(TINY.width, TINY.height))
     pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
-    minibatches = (Minibatch(pictures, None, step_generator(0, number)) for number in range(2))
+    look = Look(pictures.new_empty(8, LIT.latent), pictures.new_empty(8), pictures.new_empty(8))
+    taught = (Lesson(pictures, look, step_generator(0, number)) for number in range(2))
     model = Model(LIT, TINY.width, TINY.height).to(elsewhere)
     config = replace(TINY, precision="float32")
-    assert len(list(learn_reframed(model, config, frame, minibatches, 2, elsewhere))) == 2
+    assert len(list(learn_reframed(model, config, frame, taught, 2, elsewhere))) == 2
     assert [(divergence.device, len(divergence)) for divergence in seen] == [(elsewhere, 8)] * 2
+
+
+def test_so_is_a_longer_look(elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = Model(LIT, TINY.width, TINY.height)
+    topology = topology_of(here.faces)
+    monkeypatch.setattr(longer_look, "topology_of", lambda _: topology)
+    pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
+    scene = SceneConfig(TINY.width, TINY.height)
+    found = look_longer(here.to(elsewhere).eval(), scene, replace(TINY, model=LIT), pictures, 2)
+    assert {(part.device, len(part)) for part in found if part is not None} == {(elsewhere, 8)}
 
 
 def test_so_is_the_bound_by_which_a_start_is_chosen(elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,15 +14,16 @@ from tests.trainer.training.one_step import SETTINGS
 from tests.trainer.training.test_device import BLOCKS, LIT
 from trainer.config import LossConfig, ModelConfig, SceneConfig
 from trainer.data.images import frame_in
-from trainer.data.source import Minibatch, step_generator
+from trainer.data.source import step_generator
 from trainer.model.vae import Model
 from trainer.recording import Recording
 from trainer.rendering import cuda, renderer
 from trainer.training import loop, reframing
 from trainer.training.descent import Given, differentiate
+from trainer.training.longer_look import Look
 from trainer.training.loop import fixed_geometry, stepping
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import learn_reframed
+from trainer.training.reframing import Lesson, learn_reframed
 from trainer.training.schedule import weights_at
 
 TINY = SETTINGS["exact"]
@@ -128,7 +129,8 @@ def test_nor_in_the_last_phase(elsewhere: torch.device, monkeypatch: pytest.Monk
     monkeypatch.setattr(reframing, "descend", descend)
     frame = frame_in(SceneConfig(TINY.width, TINY.height))
     pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
-    minibatches = iter([Minibatch(pictures, None, step_generator(0, 0))])
+    look = Look(pictures.new_empty(8, LIT.latent), pictures.new_empty(8), pictures.new_empty(8))
+    taught = iter([Lesson(pictures, look, step_generator(0, 0))])
     model = Model(LIT, TINY.width, TINY.height).to(elsewhere)
     config = replace(TINY, precision="float32")
-    assert list(learn_reframed(model, config, frame, minibatches, 1, elsewhere)) == [None]
+    assert list(learn_reframed(model, config, frame, taught, 1, elsewhere)) == [None]

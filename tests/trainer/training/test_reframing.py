@@ -3,7 +3,10 @@
 import json
 import os
 import signal
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,9 +21,12 @@ from trainer.config import SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, frame_in
 from trainer.data.picture import draw
 from trainer.errors import DataError
+from trainer.model.vae import Model
+from trainer.training import reframing
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.longer_look import Look, energy_of, look_longer
 from trainer.training.loop import MOST_SKIPPED_STEPS
-from trainer.training.reframing import reframe, reframed, retaken
+from trainer.training.reframing import Studied, lessons, reframe, reframed, retaken
 
 SCENE = SceneConfig(64, 48)
 STEPS = 40
@@ -118,6 +124,60 @@ def test_only_the_encoder_learns_and_agrees_more_with_what_was_said(
     assert reports[-1][1]["loss"] < 0.7 * reports[0][1]["loss"]
 
 
+def test_pictures_come_with_what_was_found_in_them(config: TrainConfig, images: ImageSet) -> None:
+    look = Look(torch.arange(len(images))[:, None].float(), torch.arange(len(images)) / 100, None)
+    pictures, found, _ = next(lessons(config, Studied(images, look), 0))
+    assert found is not None
+    chosen = found.shape_code[:, 0].long()
+    assert len(chosen.unique()) > 1
+    assert torch.equal(pictures, images.batch(chosen))
+    assert torch.equal(found.azimuth_fine, chosen / 100)
+
+
+def test_the_encoder_learns_what_a_longer_look_finds(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+    """Its word is nearer to that after the phase, and pictures are explained better by it, than with its own word."""
+    before = run(with_steps(config, 40), images, tmp_path)
+    pictures = images.batch(range(len(images)))
+    look = look_longer(before.model, before.scene, config, pictures, 20)
+
+    def off_and_energy(looking: int) -> tuple[float, float]:
+        after = reframe(deepcopy(before), tmp_path, images, 60, EVERY_STEP, silent, looking=looking).model.eval()
+        with torch.no_grad():
+            said = after.encode(pictures)
+            word = Look(said.shape_mean, said.azimuth_fine_mean, None)
+            energy = energy_of(after, before.scene, config, pictures, said)(word)
+        return float((word.shape_code - look.shape_code).square().mean()), float(energy.mean())
+
+    (off, energy), (off_by_itself, energy_by_itself) = off_and_energy(20), off_and_energy(0)
+    assert off < 0.8 * off_by_itself
+    assert energy < energy_by_itself
+
+
+def test_as_many_pictures_are_looked_at_as_is_said(
+    config: TrainConfig, images: ImageSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, looked = run(config, images, tmp_path), []
+
+    def looking(model: Model, scene: SceneConfig, config: TrainConfig, pictures: Tensor, steps: int) -> Look:
+        looked.append((len(pictures), steps))
+        return look_longer(model, scene, config, pictures, 1)
+
+    monkeypatch.setattr(reframing, "look_longer", looking)
+    monkeypatch.setattr(reframing, "_LOOKED_AT_ONCE", 16)
+    reframe(before, tmp_path / "all", images, 1, EVERY_STEP, silent, looking=7)
+    # A quarter is held out.
+    assert looked == [(16, 7), (16, 7), (4, 7)]
+    looked.clear()
+    monkeypatch.setattr(reframing, "MOST_STUDIED", 20)
+    reframe(before, tmp_path / "some", images, 1, EVERY_STEP, silent)
+    assert looked == [(16, 20), (4, 20)]
+    looked.clear()
+    reframe(before, tmp_path / "none", images, 1, EVERY_STEP, silent, looking=0)
+    pooled = replace(before, config=replace(config, optimiser=replace(config.optimiser, views_per_instance=2)))
+    reframe(pooled, tmp_path / "pooled", images, 1, EVERY_STEP, silent)
+    assert not looked
+
+
 def test_what_was_done_is_not_done_again(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
     done = reframe(run(config, images, tmp_path), tmp_path, images, 3, EVERY_STEP, silent)
     written = (tmp_path / FILE_NAME).read_bytes()
@@ -129,16 +189,26 @@ def test_what_was_done_is_not_done_again(config: TrainConfig, images: ImageSet, 
         assert_same(again, done)
 
 
-def test_one_that_is_stopped_begins_anew(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
+def test_one_that_is_stopped_begins_anew(
+    config: TrainConfig, images: ImageSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def stop(step: int, figures: dict[str, float]) -> None:
         if step == 8:
             os.kill(os.getpid(), signal.SIGINT)
 
+    def look_and_stop(*arguments: Any) -> Look:
+        os.kill(os.getpid(), signal.SIGINT)
+        return look_longer(*arguments)
+
+    monkeypatch.setattr(reframing, "_LOOKED_AT_ONCE", 16)
     whole = reframe(run(config, images, tmp_path / "whole"), tmp_path / "whole", images, 4, EVERY_STEP, silent)
     before = run(config, images, tmp_path / "parts")
     stopped = reframe(before, tmp_path / "parts", images, 4, EVERY_STEP, stop)
     assert stopped.reframing_steps == load_checkpoint(tmp_path / "parts").reframing_steps == 0
     assert_same(load_checkpoint(tmp_path / "parts"), stopped)
+    with monkeypatch.context() as looking:
+        looking.setattr(reframing, "look_longer", look_and_stop)
+        assert_same(reframe(before, tmp_path / "parts", images, 4, EVERY_STEP, silent), stopped)
     resumed = run(config, images, tmp_path / "parts", resume=True)
     assert_same(reframe(resumed, tmp_path / "parts", images, 4, EVERY_STEP, silent), whole)
 
@@ -154,6 +224,8 @@ def test_a_gradient_that_is_never_finite_ends_it(config: TrainConfig, images: Im
     with torch.no_grad():
         before.model.heads.shape_mean.bias[0] = torch.nan
     with pytest.raises(DataError, match=f"none in {MOST_SKIPPED_STEPS} steps in a row, the last at step 26"):
+        reframe(before, tmp_path, images, 40, EVERY_STEP, silent, looking=0)
+    with pytest.raises(DataError, match=r"can be drawn: .*finite.* lower --optimiser.learning-rate"):
         reframe(before, tmp_path, images, 40, EVERY_STEP, silent)
     assert load_checkpoint(tmp_path).reframing_steps == 0
 
