@@ -18,6 +18,7 @@ from command import run
 from shipped import MODELS, Model
 
 from models import CHECKPOINT, SCREENING_STEPS, Workshop, progress, publish, render, write_figures
+from trainer.training.checkpoint import load_checkpoint
 
 STEPS: Final = 2250
 """Of the phase: what it has in a training of 4500 steps."""
@@ -59,7 +60,7 @@ def reteach(workshop: Workshop, model: Model) -> dict[str, Any]:
     training = ["python", "-m", "trainer", "train", "--resume", "--run", "AGAIN", "--images", "PICTURES"]
     commands = shlex.join(restoring), shlex.join([*training, "--reframing-share", f"{share:g}"])
     trainings = [training for training in before["trainings"] if "exporter.restoring" not in training["command"]]
-    seconds = round(progress(directory)["seconds"] - trainings[-1]["seconds"], 2)
+    seconds = round(progress(directory)["seconds"] - load_checkpoint(directory).run["restored_from"]["seconds"], 2)
     trainings.append({"command": " && ".join(commands), "seconds": seconds, "on": "core"})
     figures = publish(workshop, model, before["parameterisation"], directory, trainings)
     return {**before, **figures}

@@ -68,12 +68,12 @@ class TrainCommand:
     or more, by one process, not by the paper's objective, and not by views that are moved; else 1. --resume remembers
     it."""
     reframing_share: float = 0.5
-    """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns to see objects also where
-    a rule sets those that are cut out of pictures (paper: none). None where the objects in --images were cut out."""
+    """So many more steps, as a share of --optimiser.steps, in which the encoder alone learns: what a longer look finds
+    in pictures, and to see objects also where a rule sets those that are cut out of pictures, and as another camera
+    takes them (paper: none)."""
     looking_steps: int = LOOKING_STEPS
-    """What the encoder learns in these is what so many steps of descent find in the training pictures from its own word
-    on, by which shapes and poses explain them better; 0: its own word. (Where an object is seen in several views at
-    once: its own word.)"""
+    """The longer look: from the encoder's word on, so many steps of descent find what shape and pose explain each
+    picture better. 0: the encoder goes on saying what it said, as it does where several views are pooled."""
     device: Choice = "auto"
     """Where the networks and the renderer compute; auto: a GPU where there is one."""
     record: bool = True
