@@ -168,6 +168,8 @@ class TrainCommand:
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
             )
             if last.step >= config.optimiser.steps:
+                if self.looking_steps and due > last.reframing_steps:
+                    console.print("a longer look at the pictures, then the encoder alone learns what that found")
                 last = reframe(last, directory, source, due, intervals, report, device, self.record, self.looking_steps)
         finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"

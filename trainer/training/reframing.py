@@ -8,12 +8,10 @@ what is to be said of the one that was rendered: what it says itself, or rather 
 (`training.longer_look`), which explains the picture better. Shapes stay as they are.
 """
 
-import itertools
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, nullcontext
 from copy import deepcopy
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -27,8 +25,7 @@ from imaging.framing import Frame
 from trainer import processes
 from trainer.config import TrainConfig
 from trainer.data.images import ImageSet, frame_in
-from trainer.data.source import PictureSource, batch_indices, step_generator
-from trainer.errors import DataError
+from trainer.data.source import PictureSource
 from trainer.model.batch_norm import synchronise
 from trainer.model.posterior import Posterior, divergence_between
 from trainer.model.vae import Model
@@ -40,8 +37,8 @@ from trainer.training.device import CPU, enough_memory, sent_to
 from trainer.training.interruption import interruptible
 from trainer.training.intervals import Intervals
 from trainer.training.journal import Journal
+from trainer.training.lessons import MOST_STUDIED, Lesson, lessons, study, told
 from trainer.training.longer_look import STEPS as LOOKING_STEPS
-from trainer.training.longer_look import Look, joined, look_longer
 from trainer.training.loop import note_skipped, of_folder
 from trainer.training.optimiser import adam, at_step
 from trainer.training.recorded import differentiation_on
@@ -57,9 +54,6 @@ _CENTRE_DEVIATION: Final = 0.01
 _EXPOSURE_DEVIATION: Final = 0.5
 _BALANCE_DEVIATION: Final = 0.1
 _SHARPNESS_DEVIATION: Final = 0.7
-MOST_STUDIED: Final = 4096
-"""Pictures that are looked at longer, and taught."""
-_LOOKED_AT_ONCE: Final = 256
 _PLACEMENT, _CAMERA = 3, 5
 """Numbers that say where an object is set, and what camera took it."""
 
@@ -132,61 +126,6 @@ def reframe(
     return last
 
 
-class Studied(NamedTuple):
-    """Pictures that were looked at longer."""
-
-    images: ImageSet
-    look: Look
-
-
-def study(
-    checkpoint: Checkpoint, images: ImageSet, steps: int, device: torch.device, stopped: Callable[[], bool]
-) -> Studied | None:
-    """What so many steps of a longer look find; None where it was stopped first.
-
-    Raises DataError where what the model makes of pictures cannot be drawn.
-    """
-    model, found = deepcopy(checkpoint.model).eval().to(device), []
-    for numbers in torch.arange(len(images)).split(_LOOKED_AT_ONCE):
-        if stopped():
-            return None
-        try:
-            pictures = images.batch(numbers).to(device)
-            found.append(look_longer(model, checkpoint.scene, checkpoint.config, pictures, steps))
-        except FloatingPointError as error:
-            raise DataError(
-                f"Expected shapes that can be drawn: {error}. Train again with a lower --optimiser.learning-rate, and "
-                "look at the pictures."
-            ) from error
-    return Studied(images, joined(found))
-
-
-class Lesson(NamedTuple):
-    """What one step is taught by."""
-
-    pictures: Float[Tensor, "B 3 H W"]
-    """Linear, 0..1."""
-    look: Look | None
-    """What a longer look finds in them."""
-    generator: torch.Generator
-
-
-def lessons(config: TrainConfig, source: Studied | PictureSource, start: int) -> Generator[Lesson]:
-    """Those of steps `start`, `start` + 1 …, without end; of processes that train together each gets its share."""
-    size, seed = config.optimiser.batch_size, config.seed
-    if not isinstance(source, Studied):
-        with closing(source.minibatches(size, seed, start)) as minibatches:
-            for pictures, _, generator in minibatches:
-                yield Lesson(pictures, None, generator)
-        return
-    everything = torch.arange(len(source.images))
-    for step in itertools.count(start):
-        generator = step_generator(seed, step)
-        chosen = batch_indices(everything, size, generator)[processes.share(size)]
-        look = source.look.each(partial(torch.index_select, dim=0, index=chosen))
-        yield Lesson(source.images.batch(chosen), look, generator)
-
-
 def learn_reframed(
     model: Model,
     config: TrainConfig,
@@ -253,16 +192,6 @@ class Reframing(nn.Module):
         self, pictures: Float[Tensor, "B 3 H W"], taught: Posterior, convolutions: torch.dtype
     ) -> ReframingResult:
         return ReframingResult(divergence_between(taught, encode_mixed(self, pictures, convolutions)))
-
-
-def told(said: Posterior, look: Look | None) -> Posterior:
-    """What is taught: the encoder's word, its means replaced by what a longer look finds."""
-    if look is None:
-        return said
-    light = said.light
-    if light is not None and look.light_fine is not None:
-        light = light._replace(fine_mean=look.light_fine)
-    return said._replace(shape_mean=look.shape_code, azimuth_fine_mean=look.azimuth_fine, light=light)
 
 
 def reframed(pictures: Float[Tensor, "B 3 H W"], frame: Frame, noise: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3 H W"]:

@@ -21,10 +21,11 @@ from trainer.model.vae import Model
 from trainer.training.descent import Given
 from trainer.training.device import CPU
 from trainer.training.figures import figures_of
+from trainer.training.lessons import Studied, lessons
 from trainer.training.longer_look import Look
 from trainer.training.loop import stepping
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import Studied, learn_reframed, lessons
+from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 
 SETTINGS = {

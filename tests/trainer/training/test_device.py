@@ -25,10 +25,11 @@ from trainer.selection.bound import held_out_bound
 from trainer.training import device as device_module
 from trainer.training import longer_look, reframing, step
 from trainer.training.device import CPU, chosen_device, enough_memory, sent_to
+from trainer.training.lessons import Lesson
 from trainer.training.longer_look import Look, look_longer
 from trainer.training.loop import fixed_geometry, train
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import Lesson, learn_reframed
+from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 from trainer.training.step import forward, number_format
 

@@ -20,10 +20,11 @@ from trainer.recording import Recording
 from trainer.rendering import cuda, renderer
 from trainer.training import loop, reframing
 from trainer.training.descent import Given, differentiate
+from trainer.training.lessons import Lesson
 from trainer.training.longer_look import Look
 from trainer.training.loop import fixed_geometry, stepping
 from trainer.training.neighbours import Memory
-from trainer.training.reframing import Lesson, learn_reframed
+from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
 
 TINY = SETTINGS["exact"]

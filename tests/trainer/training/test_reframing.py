@@ -22,11 +22,13 @@ from trainer.data.images import ImageSet, frame_in
 from trainer.data.picture import draw
 from trainer.errors import DataError
 from trainer.model.vae import Model
+from trainer.training import lessons as lessons_module
 from trainer.training import reframing
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, load_checkpoint
+from trainer.training.lessons import Studied, lessons
 from trainer.training.longer_look import Look, energy_of, look_longer
 from trainer.training.loop import MOST_SKIPPED_STEPS
-from trainer.training.reframing import Studied, lessons, reframe, reframed, retaken
+from trainer.training.reframing import reframe, reframed, retaken
 
 SCENE = SceneConfig(64, 48)
 STEPS = 40
@@ -162,8 +164,8 @@ def test_as_many_pictures_are_looked_at_as_is_said(
         looked.append((len(pictures), steps))
         return look_longer(model, scene, config, pictures, 1)
 
-    monkeypatch.setattr(reframing, "look_longer", looking)
-    monkeypatch.setattr(reframing, "_LOOKED_AT_ONCE", 16)
+    monkeypatch.setattr(lessons_module, "look_longer", looking)
+    monkeypatch.setattr(lessons_module, "_LOOKED_AT_ONCE", 16)
     reframe(before, tmp_path / "all", images, 1, EVERY_STEP, silent, looking=7)
     # A quarter is held out.
     assert looked == [(16, 7), (16, 7), (4, 7)]
@@ -200,14 +202,14 @@ def test_one_that_is_stopped_begins_anew(
         os.kill(os.getpid(), signal.SIGINT)
         return look_longer(*arguments)
 
-    monkeypatch.setattr(reframing, "_LOOKED_AT_ONCE", 16)
+    monkeypatch.setattr(lessons_module, "_LOOKED_AT_ONCE", 16)
     whole = reframe(run(config, images, tmp_path / "whole"), tmp_path / "whole", images, 4, EVERY_STEP, silent)
     before = run(config, images, tmp_path / "parts")
     stopped = reframe(before, tmp_path / "parts", images, 4, EVERY_STEP, stop)
     assert stopped.reframing_steps == load_checkpoint(tmp_path / "parts").reframing_steps == 0
     assert_same(load_checkpoint(tmp_path / "parts"), stopped)
     with monkeypatch.context() as looking:
-        looking.setattr(reframing, "look_longer", look_and_stop)
+        looking.setattr(lessons_module, "look_longer", look_and_stop)
         assert_same(reframe(before, tmp_path / "parts", images, 4, EVERY_STEP, silent), stopped)
     resumed = run(config, images, tmp_path / "parts", resume=True)
     assert_same(reframe(resumed, tmp_path / "parts", images, 4, EVERY_STEP, silent), whole)
