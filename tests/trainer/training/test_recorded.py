@@ -18,6 +18,7 @@ from trainer.recording import is_sound, length, normal_noise
 from trainer.training import recorded
 from trainer.training.descent import Descent, Differentiation, Given, Unrecorded, put_back
 from trainer.training.device import CPU
+from trainer.training.longer_look import Look
 from trainer.training.loop import stepping
 from trainer.training.neighbours import Memory
 from trainer.training.recorded import Recorded
@@ -223,3 +224,25 @@ def test_a_step_that_is_not_finite_leaves_the_model_as_it_was() -> None:
     for one, other in zip(replayed.model.buffers(), before, strict=True):
         assert torch.equal(one, other)
     gradients_of(replayed, minibatches[3])
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_what_is_taught_is_copied_to_where_a_recording_looks_for_it(lit: bool) -> None:
+    def given(number: int) -> Given:
+        light = torch.full((2,), number / 10) if lit else None
+        look = Look(torch.full((2, 4), float(number)), torch.full((2,), number / 100), light)
+        return Given(torch.full((2, 3, 4, 5), number / 8), None, None, step_generator(0, number), look)
+
+    inputs = recorded._Inputs(given(0))
+    places = []
+    for number in (1, 2):
+        inputs.fill(given(number))
+        seen, expected = inputs.as_given(given(number)).look, given(number).look
+        assert seen is not None
+        assert expected is not None
+        for part, wanted in zip(seen, expected, strict=True):
+            assert (part is None) == (wanted is None)
+            assert part is None or torch.equal(part, wanted)
+        places.append([part.data_ptr() for part in seen if part is not None])
+    assert places[0] == places[1]
+    assert recorded._kind_of(given(0)) != recorded._kind_of(given(0)._replace(look=None))
