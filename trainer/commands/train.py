@@ -1,5 +1,6 @@
 """`python -m trainer train`"""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -23,7 +24,7 @@ from trainer.errors import ConfigError
 from trainer.mapping import from_mapping, to_mapping
 from trainer.presets import DEFAULT, load_preset, preset_names, preset_setting
 from trainer.selection.starts import Start, begun, best_start, first_steps, usual_starts
-from trainer.training.checkpoint import FILE_NAME
+from trainer.training.checkpoint import FILE_NAME, Checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
 from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
@@ -168,15 +169,28 @@ class TrainCommand:
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
             )
             if last.step >= config.optimiser.steps:
-                if self.looking_steps and due > last.reframing_steps:
-                    console.print("a longer look at the pictures, then the encoder alone learns what that found")
-                last = reframe(last, directory, source, due, intervals, report, device, self.record, self.looking_steps)
+                last = self._taught(last, source, due, report, device, console)
         finished = last.step >= config.optimiser.steps and last.reframing_steps >= due
         done = "finished" if finished else "stopped; continue with --resume"
         alone = f" and {last.reframing_steps} more for the encoder" if last.reframing_steps else ""
         console.print(f"{done} at step {last.step}{alone} after {last.run['seconds']:.0f} s: {self.run_directory}")
         if not finished:
             raise KeyboardInterrupt
+
+    def _taught(
+        self,
+        last: Checkpoint,
+        source: ImageSet | PictureSource,
+        steps: int,
+        report: Callable[[int, dict[str, float]], None],
+        device: torch.device,
+        console: Console,
+    ) -> Checkpoint:
+        """The same training after the phase in which the encoder learns alone."""
+        if self.looking_steps and steps > last.reframing_steps:
+            console.print("a longer look at the pictures, then the encoder alone learns what that found")
+        directory, intervals = self.run_directory, self.intervals
+        return reframe(last, directory, source, steps, intervals, report, device, self.record, self.looking_steps)
 
     def _best_start(
         self,
