@@ -65,7 +65,10 @@ def test_all_pictures_give_one_mesh_and_a_sheet(
         assert sheet.width > 4 * WIDTH
 
 
-@pytest.mark.parametrize(("own", "steps", "brought"), [(True, 5, 3), (True, 0, 0), (False, 5, 0)])
+@pytest.mark.parametrize(
+    ("own", "steps", "renderings", "brought"),
+    [(True, 5, True, 3), (True, 0, True, 0), (False, 5, True, 0), (True, 5, False, 0)],
+)
 def test_own_pictures_are_brought_to_where_a_model_of_renderings_sees_their_object(
     checkpoint: tuple[Path, Model],
     pictures: Path,
@@ -73,6 +76,7 @@ def test_own_pictures_are_brought_to_where_a_model_of_renderings_sees_their_obje
     monkeypatch: pytest.MonkeyPatch,
     own: bool,
     steps: int,
+    renderings: bool,
     brought: int,
 ) -> None:
     """A model that learnt from pictures whose objects were cut out sees them where the rule sets them."""
@@ -84,7 +88,7 @@ def test_own_pictures_are_brought_to_where_a_model_of_renderings_sees_their_obje
         white = np.where(seen.max(2, keepdims=True) > 8, seen, 255).astype(np.uint8)
         Image.fromarray(np.pad(white, ((40, 40), (60, 60), (0, 0)), constant_values=255)).save(folder / file.name)
     trained = load_checkpoint(checkpoint[0])
-    save_checkpoint(path, replace(trained, run=trained.run | {"reframing_steps": steps}))
+    save_checkpoint(path, replace(trained, run=trained.run | {"reframing_steps": steps, "framed": renderings}))
 
     def spied(picture: np.ndarray, drawing: np.ndarray) -> np.ndarray:
         calls.append(picture.shape)

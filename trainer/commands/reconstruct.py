@@ -63,7 +63,7 @@ class ReconstructCommand:
         with torch.no_grad():
             subject = from_checkpoint(checkpoint)
             found = answer(subject, images, len(images))
-            if checkpoint.reframing_steps and not pictures.framed:
+            if checkpoint.reframed and not pictures.framed:
                 # The rule has set the objects elsewhere, and larger or smaller, than the model sees them.
                 drawn = render(model.faces, scene, found.vertices, found.azimuths, found.light_azimuths)
                 pairs = zip(images.numpy(), drawn.numpy(), strict=True)

@@ -50,6 +50,11 @@ class Checkpoint:
         """Steps taken after those, by the encoder alone (`training.reframing`)."""
         return int(self.run.get("reframing_steps", 0))
 
+    @property
+    def reframed(self) -> bool:
+        """Whether objects were set by the rule in those steps: not where they had been cut out, and set, all along."""
+        return self.reframing_steps > 0 and bool(self.run.get("framed", True))
+
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Raises StorageError where the file cannot be written; an older checkpoint at `path` then stays."""

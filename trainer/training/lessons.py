@@ -21,7 +21,7 @@ from trainer.training.checkpoint import Checkpoint
 from trainer.training.longer_look import Look, joined, look_longer
 
 MOST_STUDIED: Final = 4096
-"""Pictures that are looked at longer, and taught."""
+"""At most so many pictures are looked at longer, and taught."""
 _LOOKED_AT_ONCE: Final = 256
 
 

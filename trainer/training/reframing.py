@@ -120,7 +120,8 @@ def reframe(
                         report(step, figures)
                 if stopped():
                     return checkpoint
-    last = replace(checkpoint, run=checkpoint.run | clock.told() | {"reframing_steps": steps})
+    done = {"reframing_steps": steps, "framed": source.framed}
+    last = replace(checkpoint, run=checkpoint.run | clock.told() | done)
     if first:
         save_checkpoint(run_directory / FILE_NAME, last)
     return last

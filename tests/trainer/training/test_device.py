@@ -4,6 +4,7 @@ from collections.abc import Generator
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -207,24 +208,19 @@ def test_the_last_phase_is_on_one_device(elsewhere: torch.device, monkeypatch: p
     assert [(divergence.device, len(divergence)) for divergence in seen] == [(elsewhere, 8)] * 2
 
 
-def test_so_is_a_longer_look(elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:
-    here = Model(LIT, TINY.width, TINY.height)
-    topology = topology_of(here.faces)
-    monkeypatch.setattr(longer_look, "topology_of", lambda _: topology)
+@pytest.mark.parametrize("part", [longer_look, bound], ids=["a longer look", "the bound by which a start is chosen"])
+def test_so_is(part: ModuleType, elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:
+    model, scene = Model(LIT, TINY.width, TINY.height).eval(), SceneConfig(TINY.width, TINY.height)
+    topology = topology_of(model.faces)
+    monkeypatch.setattr(part, "topology_of", lambda _: topology)
     pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
-    scene = SceneConfig(TINY.width, TINY.height)
-    found = look_longer(here.to(elsewhere).eval(), scene, replace(TINY, model=LIT), pictures, 2)
-    assert {(part.device, len(part)) for part in found if part is not None} == {(elsewhere, 8)}
-
-
-def test_so_is_the_bound_by_which_a_start_is_chosen(elsewhere: torch.device, monkeypatch: pytest.MonkeyPatch) -> None:
-    here = Model(LIT, TINY.width, TINY.height)
-    topology = topology_of(here.faces)
-    monkeypatch.setattr(bound, "topology_of", lambda _: topology)
-    pictures = torch.empty(8, 3, TINY.height, TINY.width, device=elsewhere)
-    scene = SceneConfig(TINY.width, TINY.height)
-    found = held_out_bound(here.to(elsewhere), scene, LossConfig(), pictures, 2, torch.Generator())
-    assert (found.value.device, len(found.value)) == (elsewhere, 8)
+    model.to(elsewhere)
+    found: list[Tensor | None]
+    if part is longer_look:
+        found = list(look_longer(model, scene, replace(TINY, model=LIT), pictures, 2))
+    else:
+        found = [held_out_bound(model, scene, LossConfig(), pictures, 2, torch.Generator()).value]
+    assert {(tensor.device, len(tensor)) for tensor in found if tensor is not None} == {(elsewhere, 8)}
 
 
 def test_a_step_with_triton_s_kernels_is_the_step_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:

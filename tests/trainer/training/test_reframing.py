@@ -18,7 +18,7 @@ from imaging.framing import box_around, frame_of, framed
 from tests.imaging.photographs import shape
 from tests.trainer.training.runs import EVERY_STEP, run, silent, with_steps
 from trainer.config import SceneConfig, TrainConfig
-from trainer.data.images import ImageSet, frame_in
+from trainer.data.images import ImageSet, Preparation, frame_in
 from trainer.data.picture import draw
 from trainer.errors import DataError
 from trainer.model.vae import Model
@@ -153,6 +153,30 @@ def test_the_encoder_learns_what_a_longer_look_finds(config: TrainConfig, images
     (off, energy), (off_by_itself, energy_by_itself) = off_and_energy(20), off_and_energy(0)
     assert off < 0.8 * off_by_itself
     assert energy < energy_by_itself
+
+
+def test_objects_that_were_cut_out_stay_where_they_are(
+    config: TrainConfig, images: ImageSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rule has set them all; another camera may still have taken them."""
+    placed, taken = list[int](), list[int]()
+
+    def placing(pictures: Tensor, *arguments: Any) -> Tensor:
+        placed.append(len(pictures))
+        return reframed(pictures, *arguments)
+
+    def retaking(pictures: Tensor, noise: Tensor) -> Tensor:
+        taken.append(len(pictures))
+        return retaken(pictures, noise)
+
+    monkeypatch.setattr(reframing, "reframed", placing)
+    monkeypatch.setattr(reframing, "retaken", retaking)
+    before, cut_out = run(config, images, tmp_path), replace(images, preparation=Preparation(background=len(images)))
+    assert not reframe(before, tmp_path, cut_out, 2, EVERY_STEP, silent, looking=1).reframed
+    assert (placed, taken) == ([], [8, 8])
+    assert reframe(before, tmp_path, images, 2, EVERY_STEP, silent, looking=1).reframed
+    assert placed == [8, 8]
+    assert not before.reframed
 
 
 def test_as_many_pictures_are_looked_at_as_is_said(
