@@ -114,7 +114,8 @@ class StabilityCommand:
 
     def _results(self, folder: Path) -> Results:
         """All that was found with this budget, also by earlier calls."""
-        models = {path.stem: json.loads(path.read_text()) for path in sorted((folder / "models").glob("*.json"))}
+        files = sorted((folder / "models").glob("*.json"), key=lambda path: path.stem)
+        models = {path.stem: json.loads(path.read_text()) for path in files}
         rasteriser = folder / "rasteriser.json"
         return {
             "budget": {"name": self.budget, "preset": PRESET, **asdict(BUDGETS[self.budget])},
