@@ -86,44 +86,44 @@ def test_several_bundles_are_judged_beside_each_other(make: Callable[..., Comman
 
 
 def test_all_candidates_are_screened_and_the_best_is_trained(make: Callable[..., Commands], tmp_path: Path) -> None:
-    commands = make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
+    commands = make("--only", "loudspeaker", "--screening-steps", "20", "--steps", "50")
     screened = [("subdivision-screened", 20, False), ("full-block-screened", 20, False)]
     assert commands.trained == [*screened, ("full-block", 50, False)]
     assert commands.judged == ["screening", "screening", "test"]
-    assert (tmp_path / "models/sofa/manifest.json").read_text().endswith("runs/sofa/full-block")
-    assert (tmp_path / "models/sofa.png").read_text() == "full-block, test"
-    figures = _figures(tmp_path)["sofa"]
+    assert (tmp_path / "models/loudspeaker/manifest.json").read_text().endswith("runs/loudspeaker/full-block")
+    assert (tmp_path / "models/loudspeaker.png").read_text() == "full-block, test"
+    figures = _figures(tmp_path)["loudspeaker"]
     assert figures["parameterisation"] == "full-block"
     assert figures["screened_iou"] == OVERLAPS
     (training,) = figures["trainings"]
-    assert "--optimiser.steps 50 --class sofa --model.parameterisation full-block" in training["command"]
-    assert "render --class sofa --seed 0 --instances 4000 --rig colour --output PICTURES" in figures["pictures"]
+    assert "--optimiser.steps 50 --class loudspeaker --model.parameterisation full-block" in training["command"]
+    assert "render --class loudspeaker --seed 0 --instances 4000 --rig colour --output PICTURES" in figures["pictures"]
 
 
 def test_what_is_there_is_not_made_again_but_trained_longer(make: Callable[..., Commands], tmp_path: Path) -> None:
-    make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
-    again = make("--only", "sofa", "--screening-steps", "20", "--steps", "50")
+    make("--only", "loudspeaker", "--screening-steps", "20", "--steps", "50")
+    again = make("--only", "loudspeaker", "--screening-steps", "20", "--steps", "50")
     assert not again.trained
     assert not again.judged
-    longer = make("--only", "sofa", "--screening-steps", "20", "--steps", "80")
+    longer = make("--only", "loudspeaker", "--screening-steps", "20", "--steps", "80")
     assert longer.trained == [("full-block", 80, True)]
     assert longer.judged == ["test"]
 
 
 def test_one_that_was_stopped_before_its_last_phase_goes_on(make: Callable[..., Commands], tmp_path: Path) -> None:
-    make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
-    told = tmp_path / "work/runs/sofa/subdivision/metrics.jsonl"
+    make("--only", "loudspeaker", "--candidates", "subdivision", "--steps", "50")
+    told = tmp_path / "work/runs/loudspeaker/subdivision/metrics.jsonl"
     told.write_text(json.dumps({"step": 50, "seconds": 1.0}) + "\n")
-    again = make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
+    again = make("--only", "loudspeaker", "--candidates", "subdivision", "--steps", "50")
     assert again.trained == [("subdivision", 50, True)]
     assert again.judged == ["test"]
 
 
 def test_a_single_candidate_is_trained_to_the_end_at_once(make: Callable[..., Commands], tmp_path: Path) -> None:
-    commands = make("--only", "sofa", "--candidates", "subdivision", "--steps", "50")
+    commands = make("--only", "loudspeaker", "--candidates", "subdivision", "--steps", "50")
     assert commands.trained == [("subdivision", 50, False)]
     assert commands.judged == ["test"]
-    assert _figures(tmp_path)["sofa"]["screened_iou"] == {}
+    assert _figures(tmp_path)["loudspeaker"]["screened_iou"] == {}
 
 
 def test_a_first_training_finds_the_poses_that_the_model_is_told(
