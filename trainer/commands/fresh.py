@@ -7,7 +7,7 @@ from typing import Annotated, Self
 import tyro
 
 from imaging.srgb import encode
-from trainer.commands.objects import object_source
+from trainer.commands.objects import check_stretch, object_source
 from trainer.config import CameraConfig, SceneConfig, TrainConfig
 from trainer.data.fresh import FreshViews, fresh_views
 from trainer.data.lens import largest_zoom, zoomed
@@ -43,6 +43,8 @@ class FreshOptions:
     rig: str = "colour"
     """Lights of views that are drawn and of pictures of your own: colour, white, or a TOML file with `ambient` and
     [[lights]]."""
+    stretch: float = 0.0
+    """Stretch every second object that is drawn along each of its axes, as --stretch of `trainer render`."""
     rotate_lights: bool = False
     """Turn all lights together about the vertical axis, by another angle in each view."""
     supersampling: int = 4
@@ -90,6 +92,7 @@ def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> Fre
     ):
         if not low <= value <= high:
             raise ConfigError(f"Expected --{option} from {low} to {high}, found {value}.")
+    check_stretch(options.stretch)
     if options.rotate_lights and config.model.light == "fixed" and config.loss.kind == "shading":
         raise ConfigError(
             "Expected --model.light varying with --rotate-lights, found fixed: the model would take the lights to "
@@ -106,6 +109,7 @@ def open_fresh(options: FreshOptions, category: str, config: TrainConfig) -> Fre
         supersampling=options.supersampling,
         synset=source.synset,
         split=source.split,
+        stretch=options.stretch,
     )
     procedural = meshes is None and shapenet is None
     instances = options.instances or (1000 if procedural else None)

@@ -1,11 +1,15 @@
-"""Which objects the options of a command name: a procedural class, a folder of meshes, or a class of ShapeNetCore."""
+"""Which objects the options of a command name, of a procedural class, a folder of meshes or ShapeNetCore; and how
+far they are stretched."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from trainer.data.shapenet import Split, synset_of
 from trainer.data.shapes.catalogue import check_category
 from trainer.errors import ConfigError
+
+MOST_STRETCH: Final = 0.5
+"""Of two sides of such objects one may be five times as long for the other as it was."""
 
 
 class Source(NamedTuple):
@@ -34,3 +38,9 @@ def object_source(category: str, meshes: Path | None, shapenet: Path | None, spl
         return Source(str(meshes.resolve()), "", split)
     check_category(category)
     return Source(category, "", split)
+
+
+def check_stretch(stretch: float) -> None:
+    """Raises ConfigError for a `RenderSettings.stretch` that leaves nothing of a shape."""
+    if not 0 <= stretch <= MOST_STRETCH:
+        raise ConfigError(f"Expected --stretch from 0 to {MOST_STRETCH:g}, found {stretch:g}.")

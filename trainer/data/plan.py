@@ -18,6 +18,7 @@ from trainer.data.scene import SCENE_FILE, read_scene, write_scene
 from trainer.data.shapenet import SYNSETS, Split, load_model, model_names
 from trainer.data.shapes.catalogue import CATEGORIES, make_shape
 from trainer.data.shapes.solid import Mesh
+from trainer.data.stretching import stretched
 from trainer.data.writing import write_bytes
 from trainer.errors import ConfigError, DataError
 from trainer.mapping import from_mapping, to_mapping
@@ -48,6 +49,8 @@ class RenderSettings:
     """Who draws: ours, or OpenGL as an outside opinion."""
     shard_pictures: int = 0
     """Pictures in each tar file of `data.shards`; 0 means a file for each picture."""
+    stretch: float = 0.0
+    """Deviation of the logarithms by which every second object is stretched along its axes (`data.stretching`)."""
 
 
 class Job(NamedTuple):
@@ -116,6 +119,10 @@ def shape_seed(seed: int, index: int) -> int:
 
 def load_instance(settings: RenderSettings, instance: str) -> Mesh:
     """The mesh that an `instance` of metadata.csv names. Raises DataError where there is none."""
+    return stretched(_as_made(settings, instance), instance, settings.seed, settings.stretch)
+
+
+def _as_made(settings: RenderSettings, instance: str) -> Mesh:
     if settings.synset:
         return load_model(Path(settings.source), settings.synset, instance)
     if not is_procedural(settings):
