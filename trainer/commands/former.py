@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from rich.console import Console
 
 from trainer import processes
 from trainer.commands.teaching import (
+    Fronts,
     keep_names,
     keep_poses,
     kept_pictures,
@@ -32,10 +33,11 @@ class FormerOptions:
     """Run directory or bundle of a former training on the same --images: this one is told the poses that it finds in
     them, such that the mirror of --model.symmetry lies where its shapes are most nearly their own mirror images. Sets
     --loss.pose-supervision azimuth. --resume remembers it."""
-    fronts: Literal["found", "alike"] = "found"
-    """What --poses-of tells: poses as they are found, or turned by half a turn where an object is then more like the
-    others (where some kinds of a class are learnt backwards, as airplanes). That takes three minutes of a core for 4000
-    pictures. --resume remembers it."""
+    fronts: Fronts = "found"
+    """What --poses-of tells: poses as they are `found`; turned by half a turn where an object is then more `alike` the
+    others (where some kinds of a class are learnt backwards, as airplanes); or by `quarters` of a turn where it is then
+    more like the others or their mirror images (where one hand is taken for the other, as of corner sofas). Either
+    takes some three minutes of a core for 4000 pictures. --resume remembers it."""
     unknown_to: Path | None = None
     """Run directory or bundle of a former training on the same --images: this one is trained on the 15 % of them alone
     of which that one knows least again what it makes of them, seen from other sides. Such kinds of objects, as boats
@@ -95,7 +97,7 @@ class FormerOptions:
                 keep_names(images, run_directory)
         if self.poses_of is not None:
             second = None if self.unknown_poses_of is None else teacher_at(self.unknown_poses_of)
-            images = told_poses(images, folder, teacher_at(self.poses_of), self.fronts == "alike", console, second)
+            images = told_poses(images, folder, teacher_at(self.poses_of), self.fronts, console, second)
             if keeps:
                 keep_poses(images, run_directory)
         return images

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -20,9 +21,12 @@ from trainer.evaluation.bundle import MANIFEST_FILE, from_bundle
 from trainer.evaluation.fronts import back_to_front
 from trainer.evaluation.mirror_plane import mirror_plane
 from trainer.evaluation.pictures import load_as_seen
+from trainer.evaluation.quarters import quarter_turns
 from trainer.evaluation.self_consistency import doubts, unknown
 from trainer.evaluation.subject import Subject, from_checkpoint, predict
 from trainer.training.checkpoint import load_checkpoint
+
+Fronts = Literal["found", "alike", "quarters"]
 
 POSES_FILE = "poses.csv"
 """In a run directory: what its training was told, radians. A training that is resumed needs its teacher no more."""
@@ -59,14 +63,14 @@ def unknown_pictures(images: ImageSet, folder: Path, teacher: Subject, console: 
 
 
 def told_poses(
-    images: ImageSet, folder: Path, teacher: Subject, alike: bool, console: Console, second: Subject | None = None
+    images: ImageSet, folder: Path, teacher: Subject, fronts: Fronts, console: Console, second: Subject | None = None
 ) -> ImageSet:
     """The pictures of a folder with the azimuths that `teacher` sees in them, in place of any that are known.
 
     They are those of objects that are turned until the plane in which the teacher's shapes are most nearly their own
-    mirror images is x = 0; and, to make shapes `alike`, by half a turn where they stand back to front. Of pictures that
-    the teacher does not understand (`unknown`), a `second` one tells them, its own shapes' mirror being x = 0 then, and
-    its front the side that more of all pictures show both.
+    mirror images is x = 0; and, unless as they are `found`, by half a turn where they stand back to front, to be
+    `alike`, or by `quarters`. Of pictures that the teacher does not understand (`unknown`), a `second` one tells them,
+    its own shapes' mirror being x = 0 then, and its front the side that more of all pictures show both.
 
     Raises DataError where a teacher cannot use one of the pictures.
     """
@@ -83,11 +87,13 @@ def told_poses(
         not_understood = unknown(doubts(teacher, seen.pictures))
         azimuths[not_understood] = _poses_in(seen, folder, second, azimuths, not_understood)[not_understood]
         console.print(f"{not_understood.sum()} of them a second one tells")
-    if alike:
+    if fronts != "found":
         # About +Y by -turn: then the mirror lies in x = 0.
-        turned = back_to_front(prediction.vertices.numpy() @ rotation_about_y(turn), faces)
-        console.print(f"{turned.sum()} of {len(turned)} objects are turned round, to be like the others")
-        azimuths += math.pi * (turned & ~not_understood)
+        shapes = prediction.vertices.numpy() @ rotation_about_y(turn)
+        quarters = 2 * back_to_front(shapes, faces) if fronts == "alike" else quarter_turns(shapes, faces)
+        how = "round" if fronts == "alike" else "by a quarter or more"
+        console.print(f"{(quarters > 0).sum()} of {len(quarters)} objects are turned {how}, to be like the others")
+        azimuths += math.pi / 2 * quarters * ~not_understood
     told = dict(zip(seen.names, (azimuths + math.pi) % (2 * math.pi) - math.pi, strict=True))
     return replace(images, azimuths=np.array([told[name] for name in images.names]))
 

@@ -29,19 +29,19 @@ def back_to_front(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"
     a bounding box is no part of an object. How alike two are is the cosine of their occupancies at 32³.
     """
     references = np.linspace(0, len(shapes) - 1, min(MOST_REFERENCES, len(shapes))).round().astype(np.int64)
-    solids = _solids(shapes[references], faces)
+    solids = unit_occupancies(shapes[references], faces)
     cost = _cost_of_turning(solids, solids)
     np.fill_diagonal(cost, 0)
     signs = _settled((cost + cost.T) / 2)
     turned = np.empty(len(shapes), np.bool_)
     for start in range(0, len(shapes), _BATCH):
         batch = slice(start, start + _BATCH)
-        turned[batch] = _cost_of_turning(_solids(shapes[batch], faces), solids) @ signs < 0
+        turned[batch] = _cost_of_turning(unit_occupancies(shapes[batch], faces), solids) @ signs < 0
     turned[references] = signs < 0
     return turned
 
 
-def _solids(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"]) -> Float[ndarray, "N R R R"]:
+def unit_occupancies(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"]) -> Float[ndarray, "N R R R"]:
     """Occupancies, of unit length as vectors."""
     with ThreadPoolExecutor(threads()) as pool:
         full = np.stack(list(pool.map(lambda vertices: occupy(vertices, faces).full, shapes))).astype(np.float32)

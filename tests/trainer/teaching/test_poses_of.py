@@ -30,7 +30,7 @@ def test_the_poses_are_those_that_the_teacher_sees_from_its_mirror(
     prediction = predict(subject, images.pictures)
     turn = mirror_plane(prediction.vertices.numpy(), subject.faces.numpy())
     assert abs(turn) > 0.05
-    told = told_poses(images, folder, subject, False, QUIET)
+    told = told_poses(images, folder, subject, "found", QUIET)
     assert told.azimuths is not None
     assert images.azimuths is not None
     np.testing.assert_allclose(np.exp(1j * told.azimuths), np.exp(1j * (prediction.azimuths.numpy() + turn)), atol=1e-6)
@@ -44,10 +44,23 @@ def test_what_stands_back_to_front_is_turned_round(
     subject = teacher_at(teacher)
     turned = np.arange(len(images)) % 3 == 1
     monkeypatch.setattr(teaching, "back_to_front", lambda shapes, faces: turned)
-    found, alike = (told_poses(images, folder, subject, alike, QUIET).azimuths for alike in (False, True))
+    found, alike = (told_poses(images, folder, subject, fronts, QUIET).azimuths for fronts in ("found", "alike"))
     assert found is not None
     assert alike is not None
     np.testing.assert_allclose(np.exp(1j * alike), np.where(turned, -1, 1) * np.exp(1j * found), atol=1e-6)
+
+
+def test_what_stands_by_quarters_beside_the_others_is_turned_back(
+    folder: Path, images: ImageSet, teacher: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shape that is turned left-handedly is seen from as much farther round."""
+    subject, quarters = teacher_at(teacher), np.arange(len(images)) % 4
+    monkeypatch.setattr(teaching, "quarter_turns", lambda shapes, faces: quarters)
+    found, turned = (told_poses(images, folder, subject, fronts, QUIET).azimuths for fronts in ("found", "quarters"))
+    assert found is not None
+    assert turned is not None
+    np.testing.assert_allclose(np.exp(1j * turned), 1j**quarters * np.exp(1j * found), atol=1e-6)
+    assert np.abs(turned).max() <= math.pi
 
 
 def test_fronts_are_settled_of_shapes_in_their_mirror(
@@ -60,14 +73,14 @@ def test_fronts_are_settled_of_shapes_in_their_mirror(
         return np.zeros(len(shapes), np.bool_)
 
     monkeypatch.setattr(teaching, "back_to_front", look)
-    told_poses(images, folder, subject, True, QUIET)
+    told_poses(images, folder, subject, "alike", QUIET)
     assert abs(seen[0]) < math.radians(2)
 
 
 def test_a_picture_that_the_teacher_cannot_use_is_named(folder: Path, images: ImageSet, teacher: Path) -> None:
     another = replace(images, names=("car/another.png", *images.names[1:]))
     with pytest.raises(DataError, match=r"found 1 that .* the first car/another\.png"):
-        told_poses(another, folder, teacher_at(teacher), False, QUIET)
+        told_poses(another, folder, teacher_at(teacher), "found", QUIET)
 
 
 def test_a_training_is_told_and_goes_on_so(
@@ -97,7 +110,7 @@ def test_a_training_is_told_and_goes_on_so(
     again = ["--run", tmp_path / "run", "--resume", "--optimiser.steps", "3", "--reframing-share", "0"]
     status, _, errors = answer(capsys, "train", *again)
     assert status == 0, errors
-    expected = told_poses(images, folder, teacher_at(teacher), True, QUIET).azimuths
+    expected = told_poses(images, folder, teacher_at(teacher), "alike", QUIET).azimuths
     np.testing.assert_array_equal(told[0].azimuths, expected)
     for option in (["--fronts", "found"], ["--poses-of", tmp_path / "another"]):
         status, _, errors = answer(capsys, "train", *again, *option)
@@ -164,7 +177,7 @@ def test_no_teacher_is_an_error_that_says_so(tmp_path: Path) -> None:
 def test_a_bundle_can_teach(tmp_path: Path) -> None:
     folder, teacher = tmp_path / "pictures", teacher_at(Path(__file__).parents[3] / "models" / "car")
     RenderCommand(folder, category="car", instances=8, workers=1).run()
-    told = told_poses(load_image_folder(folder, WIDTH, HEIGHT), folder, teacher, False, QUIET)
+    told = told_poses(load_image_folder(folder, WIDTH, HEIGHT), folder, teacher, "found", QUIET)
     with (folder / "metadata.csv").open() as lines:
         truth = {row["file_name"]: math.radians(float(row["azimuth_degrees"])) for row in csv.DictReader(lines)}
     assert told.azimuths is not None

@@ -31,9 +31,9 @@ def test_a_second_teacher_tells_what_the_first_does_not_understand(
     shapes = torch.from_numpy(first.vertices.numpy() @ rotation_about_y(turn)).float()
     second = first._replace(azimuths=first.azimuths + turn + 2 * torch.from_numpy(chosen), vertices=shapes)
     answers = iter([first, second])
-    alone = told_poses(images, folder, subject, False, QUIET).azimuths
+    alone = told_poses(images, folder, subject, "found", QUIET).azimuths
     monkeypatch.setattr(teaching, "predict", lambda *given: next(answers))
-    told = told_poses(images, folder, subject, False, QUIET, teacher_at(teacher)).azimuths
+    told = told_poses(images, folder, subject, "found", QUIET, teacher_at(teacher)).azimuths
     assert alone is not None
     assert told is not None
     # To what a plane of symmetry is found to, of two shapes and of eight.
@@ -51,7 +51,9 @@ def test_what_a_second_teacher_tells_is_not_turned_round(
     chosen, turned = np.arange(len(images)) < 2, np.arange(len(images)) % 2 == 1
     monkeypatch.setattr(teaching, "unknown", lambda *given: chosen)
     monkeypatch.setattr(teaching, "back_to_front", lambda shapes, faces: turned)
-    found, alike = (told_poses(images, folder, subject, alike, QUIET, subject).azimuths for alike in (False, True))
+    found, alike = (
+        told_poses(images, folder, subject, fronts, QUIET, subject).azimuths for fronts in ("found", "alike")
+    )
     assert found is not None
     assert alike is not None
     signs = np.where(turned & ~chosen, -1, 1)
