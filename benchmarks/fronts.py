@@ -1,19 +1,21 @@
-"""What turning objects round until they are alike does to poses (`train --fronts alike`): every bundle of fixed light.
+"""What turning objects does to poses (`train --fronts alike`, `quarters`): every bundle of fixed light.
 
     python -m benchmarks.fronts --models models
 
 Poses as a second training would be told them, of pictures of procedural objects that no training or validation saw.
 Writes a JSON file with the machine and, for each bundle, the share of azimuths within 30° and of flipped ones (by 150°
-or more) as they are found, and turned alike, and how many objects were turned. A frame that is a multiple of 90° beside
-the class's own counts as good as that: which side of an object is called its front is nobody's to know.
+or more) as they are found, turned alike, and turned by quarters, and how many objects were turned. A frame that is a
+multiple of 90° beside the class's own counts as good as that: which side of an object is called its front is nobody's
+to know.
 """
 
 import argparse
 import io
+import math
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +23,7 @@ from numpy import ndarray
 from rich.console import Console
 
 from benchmarks.bundles import TEST_SEED, measure_bundles, rendered
-from trainer.commands.teaching import told_poses
+from trainer.commands.teaching import Fronts, told_poses
 from trainer.data.images import ImageSet
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import load_as_seen
@@ -45,16 +47,24 @@ def measured(bundle: Path, arguments: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         folder = rendered(Path(place), subject, TEST_SEED, arguments.objects)
         images = load_as_seen(folder, subject.scene)
-        told = [told_poses(images, folder, subject, alike, Console(file=io.StringIO())) for alike in (False, True)]
-    found, alike = (_azimuths(one) for one in told)
-    turned = np.cos(found - alike) < 0
+        quiet = Console(file=io.StringIO())
+        told = {fronts: _azimuths(told_poses(images, folder, subject, fronts, quiet)) for fronts in get_args(Fronts)}
     truth = _azimuths(images)
-    return {"found": _right(found, truth), "alike": _right(alike, truth), "turned": round(float(turned.mean()), PLACES)}
+    return {
+        **{fronts: _right(azimuths, truth) for fronts, azimuths in told.items()},
+        "turned": _turned(told["found"], told["alike"]),
+        "turned_by_quarters": _turned(told["found"], told["quarters"]),
+    }
 
 
 def _azimuths(images: ImageSet) -> Float[ndarray, "N"]:
     assert images.azimuths is not None
     return images.azimuths
+
+
+def _turned(found: Float[ndarray, "N"], told: Float[ndarray, "N"]) -> float:
+    """The share that is told otherwise, by a quarter of a turn at least."""
+    return round(float((np.cos(found - told) < math.cos(math.pi / 4)).mean()), PLACES)
 
 
 def _right(azimuths: Float[ndarray, "N"], truth: Float[ndarray, "N"]) -> dict[str, float]:

@@ -96,10 +96,13 @@ MODELS: Final = (
     # The first training's seed is the better of 0 and 1 on validation pictures.
     told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER)), *LENDING),
     # Blocks that are told where they belong from the first step on find better places. They are given time to do so
-    # before codes tell them apart, as in the first training, and no mirror: corner sofas have none.
+    # before codes tell them apart, as in the first training, and no mirror: corner sofas have none, and those of one
+    # hand that were taken for the other are turned by a quarter.
     told(
         Model("sofa", "sofa", "sharp", 6000, CLOSER, candidates=("full-block",)),
         *CLOSER,
+        "--fronts",
+        "quarters",
         mesh="full-block",
         preset="sharp",
         steps=6000,
