@@ -1,6 +1,6 @@
 """Makes the models that ship: for each class, candidates are trained without labels, and the best becomes a bundle.
 
-    WORK/pictures/<class>/<rig>/    train, or stretched, validation, test: what the models see, and are judged on
+    WORK/pictures/<class>/<rig>/    train, validation, test: what the models see, and what they are judged on
     WORK/runs/<model>/<candidate>/  the trainings; candidates that are compared first, in <candidate>-screened; one that
                                     finds the poses that the model is told, in first; and one that finds those that
                                     it does not understand, in second
@@ -34,7 +34,6 @@ from trainer.data.writing import write_bytes
 from trainer.training.checkpoint import FILE_NAME as CHECKPOINT
 
 SCREENING_STEPS = 500
-STRETCH = "0.15"
 VALIDATION_OBJECTS, TEST_OBJECTS, RIVAL_OBJECTS = 200, 400, 40
 VALIDATION_SEED = 1
 PARAMETERISATIONS = ("subdivision", "ortho-block", "full-block")
@@ -70,9 +69,6 @@ class Workshop:
 
     def pictures_of(self, model: Model, part: str) -> Path:
         return self.work / "pictures" / model.category / model.light / part
-
-    def training_pictures_of(self, model: Model) -> Path:
-        return self.pictures_of(model, "stretched" if model.stretched else "train")
 
     def steps_of(self, model: Model) -> int:
         return self.steps or model.steps
@@ -146,18 +142,10 @@ def make(workshop: Workshop, model: Model) -> tuple[str, dict[str, Any]]:
 
 
 def render(workshop: Workshop, model: Model) -> None:
-    for trained in trained_on(model).values():
-        run("trainer", "render", *training_render_options(workshop, trained),
-            "--output", workshop.training_pictures_of(trained), quiet=True)  # fmt: skip
-    for seed, (part, count) in enumerate((("validation", VALIDATION_OBJECTS), ("test", TEST_OBJECTS)), 1):
+    parts = (("train", workshop.pictures), ("validation", VALIDATION_OBJECTS), ("test", TEST_OBJECTS))
+    for seed, (part, count) in enumerate(parts):
         run("trainer", "render", *render_options(model, seed, count), "--output", workshop.pictures_of(model, part),
             quiet=True)  # fmt: skip
-
-
-def training_render_options(workshop: Workshop, model: Model) -> list[str]:
-    if not model.stretched:
-        return render_options(model, 0, workshop.pictures)
-    return [*render_options(model, 0, 2 * workshop.pictures), "--stretch", STRETCH]
 
 
 def render_options(model: Model, seed: int, count: int) -> list[str]:
@@ -199,7 +187,7 @@ def train(
         options: list[object] = ["--resume"]
     else:
         options = ["--preset", model.preset, *training_options(model, candidate), *told]
-    images = workshop.training_pictures_of(model)
+    images = workshop.pictures_of(model, "train")
     run("trainer", "train", "--images", images, "--run", directory, "--threads", 1, "--optimiser.steps", steps,
         "--starts", 1, "--reframing-share", reframing, *options, quiet=True)  # fmt: skip
 
@@ -221,16 +209,13 @@ def publish(
     validation = workshop.pictures_of(model, "validation")
     test = judge(directory, "test", validation, "--images", workshop.pictures_of(model, "test"))
     run("exporter", "--checkpoint", directory, "--output", bundle, "--metrics", directory / "test" / "metrics.json",
-        "--images", validation, "--samples-from", workshop.training_pictures_of(model),
+        "--images", validation, "--samples-from", workshop.pictures_of(model, "train"),
         "--precision", model.precision, quiet=True)  # fmt: skip
     write_bytes(bundle.with_name(f"{model.name}.png"), (directory / "test" / "sheet.png").read_bytes())
     write_invented(bundle, *(bundle.with_name(f"{model.name}-{sheet}.png") for sheet in ("samples", "between")))
-    rendered = [
-        ["python", "-m", "trainer", "render", *training_render_options(workshop, trained), "--output", images]
-        for images, trained in trained_on(model).items()
-    ]
+    pictures = render_options(model, 0, workshop.pictures)
     figures: dict[str, Any] = {
-        "pictures": "\n".join(shlex.join(command) for command in rendered),
+        "pictures": shlex.join(["python", "-m", "trainer", "render", *pictures, "--output", "PICTURES"]),
         "trainings": trainings,
         "parameterisation": chosen,
         "bundle_bytes": bytes_of(bundle),
@@ -265,18 +250,7 @@ def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> 
     """What trains a model, as somebody would type it."""
     steps = str(workshop.steps_of(model))
     options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, candidate)]
-    images = ["--images", images_of(model)]
-    return shlex.join(["python", "-m", "trainer", "train", "--starts", "1", *options, *images, *more])
-
-
-def trained_on(model: Model) -> dict[str, Model]:
-    """The folders that a model's trainings need, by what commands call them, and who is trained on them."""
-    return {images_of(trained): trained for trained in (model.first or model, model)}
-
-
-def images_of(model: Model) -> str:
-    """What the folder that a model is trained on is called in commands."""
-    return "STRETCHED" if model.stretched else "PICTURES"
+    return shlex.join(["python", "-m", "trainer", "train", "--starts", "1", *options, "--images", "PICTURES", *more])
 
 
 def judge(directory: Path, name: str, validation: Path, *subjects: object) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from typing import Any, Final
 from command import run
 from shipped import MODELS, Model
 
-from models import CHECKPOINT, SCREENING_STEPS, Workshop, images_of, progress, publish, render, write_figures
+from models import CHECKPOINT, SCREENING_STEPS, Workshop, progress, publish, render, write_figures
 from trainer.training.checkpoint import load_checkpoint
 
 STEPS: Final = 2250
@@ -49,16 +49,15 @@ def reteach(workshop: Workshop, model: Model) -> dict[str, Any]:
     """A model's figures; its bundle is written anew."""
     render(workshop, model)
     before = json.loads((workshop.output / "figures.json").read_text())[model.name]
-    directory, images = workshop.run_directory(model, "again"), workshop.training_pictures_of(model)
+    directory, images = workshop.run_directory(model, "again"), workshop.pictures_of(model, "train")
     if not (directory / CHECKPOINT).exists():
         bundle = workshop.bundle(model)
         run("exporter.restoring", "--bundle", bundle, "--images", images, "--run", directory, quiet=True)
     share = STEPS / model.steps
     run("trainer", "train", "--resume", "--run", directory, "--images", images, "--threads", 1,
         "--reframing-share", share, quiet=True)  # fmt: skip
-    pictures = ["--images", images_of(model)]
-    restoring = ["python", "-m", "exporter.restoring", "--bundle", "BUNDLE", *pictures, "--run", "AGAIN"]
-    training = ["python", "-m", "trainer", "train", "--resume", "--run", "AGAIN", *pictures]
+    restoring = ["python", "-m", "exporter.restoring", "--bundle", "BUNDLE", "--images", "PICTURES", "--run", "AGAIN"]
+    training = ["python", "-m", "trainer", "train", "--resume", "--run", "AGAIN", "--images", "PICTURES"]
     commands = shlex.join(restoring), shlex.join([*training, "--reframing-share", f"{share:g}"])
     trainings = [training for training in before["trainings"] if "exporter.restoring" not in training["command"]]
     seconds = round(progress(directory)["seconds"] - load_checkpoint(directory).run["restored_from"]["seconds"], 2)

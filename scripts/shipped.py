@@ -20,8 +20,6 @@ class Model:
     """Parameterisations, of which the best on validation pictures ships."""
     rig: str = "colour"
     rotate_lights: bool = False
-    stretched: bool = False
-    """Whether it is trained on twice as many pictures, of objects of which every second one is stretched."""
     precision: PrecisionName = "float32"
     """Of the bundle's weights."""
     first: "Model | None" = None
@@ -56,18 +54,15 @@ def told(
     second: Model | None = None,
     preset: str = "told",
     steps: int = 4500,
-    stretched: bool = False,
 ) -> Model:
     """Another training, told the poses that the first one finds: its mirror, if it has one, lies where it belongs, and
-    no shape is learnt from the wrong side. In float16, to stay below 4 MB. Those before it tell the poses of
-    `stretched` objects, too, and know none."""
+    no shape is learnt from the wrong side. In float16, to stay below 4 MB."""
     return replace(
         first,
         preset=preset,
         steps=steps,
         options=options,
         candidates=(mesh,),
-        stretched=stretched,
         precision="float16",
         first=first,
         second=second,

@@ -4,7 +4,6 @@ import json
 import shlex
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,7 +28,6 @@ class Commands:
         self.unknown: dict[str, tuple[object, object]] = {}
         self.judged: list[str] = []
         self.rivals: list[str] = []
-        self.rendered: list[str] = []
 
     def __call__(self, module: str, *arguments: object, quiet: bool = False) -> None:
         options = dict(zip(map(str, arguments), arguments[1:], strict=False))
@@ -42,8 +40,6 @@ class Commands:
             self.rivals.append("fitted")
         elif arguments[0] == "render" and "rivals" in str(options["--output"]):
             self.rivals.append(str(options["--class"]))
-        elif arguments[0] == "render":
-            self.rendered.append(Path(str(options["--output"])).name)
         elif arguments[0] == "train":
             directory, steps = Path(str(options["--run"])), int(str(options["--optimiser.steps"]))
             self.trained.append((directory.name, steps, "--resume" in arguments))
@@ -146,23 +142,6 @@ def test_a_first_training_finds_the_poses_that_the_model_is_told(
     assert told.endswith("--poses-of FIRST --run RUN")
     assert f"{figures['pictures']}\n{found}\n{told}\n" in page
     assert not make("--only", "sofa").trained
-
-
-def test_a_model_may_be_trained_on_stretched_objects_and_its_first_training_is_not(
-    make: Callable[..., Commands], script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = script.Model("sofa", "sofa", "sharp", 30)
-    monkeypatch.setattr(script, "MODELS", (replace(first, steps=70, first=first, stretched=True),))
-    commands = make("--only", "sofa")
-    assert commands.rendered == ["train", "stretched", "validation", "test"]
-    figures = _figures(tmp_path)["sofa"]
-    render = "python -m trainer render --class sofa --seed 0 --instances"
-    assert figures["pictures"].splitlines() == [
-        f"{render} 4000 --rig colour --output PICTURES",
-        f"{render} 8000 --rig colour --stretch 0.15 --output STRETCHED",
-    ]
-    trainings = [shlex.split(training["command"]) for training in figures["trainings"]]
-    assert [command[command.index("--images") + 1] for command in trainings] == ["PICTURES", "STRETCHED"]
 
 
 def test_a_second_training_finds_the_poses_that_the_first_does_not(
