@@ -44,7 +44,7 @@ class FreshOptions:
     """Lights of views that are drawn and of pictures of your own: colour, white, or a TOML file with `ambient` and
     [[lights]]."""
     stretch: float = 0.0
-    """Stretch every second object that is drawn along each of its axes, as --stretch of `trainer render`."""
+    """Stretch half of the objects along each of their axes, as --stretch of `trainer render`."""
     rotate_lights: bool = False
     """Turn all lights together about the vertical axis, by another angle in each view."""
     supersampling: int = 4

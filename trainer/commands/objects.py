@@ -9,7 +9,7 @@ from trainer.data.shapes.catalogue import check_category
 from trainer.errors import ConfigError
 
 MOST_STRETCH: Final = 0.5
-"""Of two sides of such objects one may be five times as long for the other as it was."""
+"""Ratios of sides then change by a factor of two, by one standard deviation."""
 
 
 class Source(NamedTuple):

@@ -53,8 +53,9 @@ class RenderCommand:
     rig: str = "colour"
     """Lights: colour, white, or a TOML file with `ambient` and [[lights]]."""
     stretch: float = 0.0
-    """Stretch every second object along each of its axes, by factors whose logarithms have this standard deviation, 0
-    to 0.5: other proportions than the source's own. 0 does not; 0.15 changes ratios of sides by some 20 %."""
+    """Stretch half of the objects, drawn by chance, along each of their axes, by factors whose logarithms have this
+    standard deviation, 0 to 0.5: other proportions than the source's own. 0 does not; 0.15 changes ratios of sides by
+    some 20 %."""
     rotate_lights: bool = False
     """Turn all lights together about the vertical axis, by another angle in each picture."""
     renderer: Literal["chiaro", "pyrender"] = "chiaro"

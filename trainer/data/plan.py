@@ -50,7 +50,7 @@ class RenderSettings:
     shard_pictures: int = 0
     """Pictures in each tar file of `data.shards`; 0 means a file for each picture."""
     stretch: float = 0.0
-    """Deviation of the logarithms by which every second object is stretched along its axes (`data.stretching`)."""
+    """Deviation of the logarithms by which half of the objects are stretched along their axes (`data.stretching`)."""
 
 
 class Job(NamedTuple):

@@ -34,8 +34,8 @@ class _Likeness(NamedTuple):
 def quarter_turns(shapes: Float[ndarray, "N V 3"], faces: Integer[ndarray, "F 3"]) -> Integer[ndarray, "N"]:
     """By how many quarters, 0 to 3, each shape is to be turned about +Y, left-handed, from +x towards +z.
 
-    The shapes' plane of symmetry, if they have one, is x = 0 or z = 0. What ties stays, and so does what most shapes
-    have: all of them turned alike would be as much alike.
+    The shapes' plane of symmetry, if they have one, is x = 0 or z = 0. All of them turned alike would be as much alike:
+    they begin as they stand, so that what most have stays. Where they do not settle, the last of the rounds counts.
     """
     chosen = np.linspace(0, len(shapes) - 1, min(MOST_REFERENCES, len(shapes))).round().astype(np.int64)
     references = unit_occupancies(shapes[chosen], faces)

@@ -10,7 +10,7 @@ from imaging.srgb import encode
 from trainer.config import SceneConfig
 from trainer.data.metadata import read_metadata
 from trainer.data.picture import draw
-from trainer.data.plan import RenderSettings, load_instance, read_settings
+from trainer.data.plan import RenderSettings, load_instance, poses, read_settings
 from trainer.data.render import render_folder
 from trainer.data.shapes.catalogue import make_shape
 from trainer.data.shapes.solid import Mesh, box
@@ -26,7 +26,7 @@ def sides(mesh: Mesh) -> np.ndarray:
     return np.asarray(np.ptp(mesh.vertices, axis=0))
 
 
-def test_every_second_object_is_stretched_by_lognormal_factors() -> None:
+def test_half_of_the_objects_are_stretched_by_lognormal_factors() -> None:
     shapes = [stretched(CUBE, f"cube-{number}", 0, SPREAD) for number in range(2000)]
     others = [mesh for mesh in shapes if mesh is not CUBE]
     # Five standard deviations of a fair coin.
@@ -35,6 +35,16 @@ def test_every_second_object_is_stretched_by_lognormal_factors() -> None:
     np.testing.assert_allclose(ratios.std(0), SPREAD * math.sqrt(2), rtol=0.1)
     np.testing.assert_allclose(ratios.mean(0), 0, atol=0.04)
     np.testing.assert_allclose([np.linalg.norm(sides(mesh)) for mesh in others], 1)
+
+
+def test_from_where_an_object_is_seen_says_nothing_of_its_stretching() -> None:
+    names = [f"cube-{number}" for number in range(2000)]
+    stretches = np.array([stretched(CUBE, name, 0, SPREAD) is not CUBE for name in names])
+    azimuths = np.array([next(poses(RenderSettings("car"), name, 1)).azimuth_degrees for name in names])
+    for quarter in range(4):
+        seen = (azimuths + 180) // 90 == quarter
+        # Five standard deviations of a fair coin.
+        assert abs(stretches[seen].mean() - 0.5) < 2.5 / math.sqrt(seen.sum())
 
 
 def test_the_same_object_is_always_stretched_alike_and_with_another_seed_otherwise() -> None:
