@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import torch
 from command import run
 from invented_sheets import write_invented
 from models_page import page
@@ -32,6 +31,7 @@ from shipped import MODELS, Model
 from trainer.commands.train import TrainCommand
 from trainer.data.writing import write_bytes
 from trainer.training.checkpoint import FILE_NAME as CHECKPOINT
+from trainer.training.checkpoint import load_checkpoint
 
 SCREENING_STEPS = 500
 VALIDATION_OBJECTS, TEST_OBJECTS, RIVAL_OBJECTS = 200, 400, 40
@@ -229,7 +229,6 @@ def publish(
 
 def trainings_of(workshop: Workshop, model: Model, chosen: str) -> list[dict[str, Any]]:
     """Command, seconds and place of the training, after those of the ones that found its poses, if any did."""
-    device = "GPU" if torch.cuda.is_available() else "core"
     trainings = []
     if model.first:
         command = command_of(workshop, model.first, model.first.candidates[0], "--run", "FIRST")
@@ -243,7 +242,12 @@ def trainings_of(workshop: Workshop, model: Model, chosen: str) -> list[dict[str
     told += ["--unknown-poses-of", "SECOND"] if model.second else []
     command = command_of(workshop, model, chosen, *told, "--run", "RUN")
     trainings.append((command, workshop.run_directory(model, chosen)))
-    return [{"command": one, "seconds": progress(run)["seconds"], "on": device} for one, run in trainings]
+    return [{"command": one, "seconds": progress(run)["seconds"], "on": place_of(run)} for one, run in trainings]
+
+
+def place_of(directory: Path) -> str:
+    """Where a training ran, which its checkpoint tells."""
+    return "core" if load_checkpoint(directory).run["device"] == "cpu" else "GPU"
 
 
 def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> str:

@@ -5,7 +5,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -72,6 +72,7 @@ def make(script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         commands = Commands(script.FIGURES)
         monkeypatch.setattr(script, "run", commands)
         monkeypatch.setattr(script, "write_invented", lambda *paths: None)
+        monkeypatch.setattr(script, "load_checkpoint", _on_a_gpu_at_first)
         folders = ["--output", tmp_path / "models", "--work", tmp_path / "work", "--real-meshes", tmp_path / "none"]
         monkeypatch.setattr(sys, "argv", ["models.py", *map(str, folders), *options])
         assert script.main() == 0
@@ -136,6 +137,7 @@ def test_a_first_training_finds_the_poses_that_the_model_is_told(
     assert commands.trained == [("first", 30, False), ("subdivision", 70, False)]
     assert commands.told == {"first": None, "subdivision": tmp_path / "work/runs/sofa/first"}
     figures, page = _figures(tmp_path)["sofa"], (tmp_path / "models/README.md").read_text()
+    assert [training["on"] for training in figures["trainings"]] == ["GPU", "core"]
     found, told = (training["command"] for training in figures["trainings"])
     assert "--preset sharp --optimiser.steps 30 --class sofa" in found
     assert found.endswith("--run FIRST")
@@ -172,6 +174,10 @@ def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Command
     assert "(../models-light/car-white-light.png)" in page
     assert (tmp_path / "models-light/car-white-light/manifest.json").exists()
     assert not (tmp_path / "models/car-white-light").exists()
+
+
+def _on_a_gpu_at_first(directory: Path) -> SimpleNamespace:
+    return SimpleNamespace(run={"device": "cuda" if directory.name == "first" else "cpu"})
 
 
 def _figures(folder: Path) -> dict[str, Any]:

@@ -41,7 +41,7 @@ class Checkpoint:
     optimiser_state: dict[str, Tensor]
     """Adam's moments and step counts, named `<state>.<parameter>`."""
     run: dict[str, Any]
-    """Summary of the run so far: seconds, pictures, validation figures."""
+    """Summary of the run so far: seconds, pictures, the kind of device."""
     memory: Memory | None = None
     """Where neighbours are looked for, if the loss asks them."""
 

@@ -103,7 +103,7 @@ def train(
 
     def checkpoint() -> Checkpoint:
         pictures = {"pictures": source.training, "validation_pictures": source.validation}
-        run: dict[str, Any] = provenance | clock.told() | pictures
+        run: dict[str, Any] = provenance | clock.told() | pictures | {"device": device.type}
         return Checkpoint(config, scene, category, step, model, optimiser_tensors(optimiser, model), run, memory)
 
     with (

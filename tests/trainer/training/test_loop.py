@@ -69,6 +69,7 @@ def test_a_run_directory_holds_what_the_documentation_says(
     assert_same(stored, last)
     assert (stored.category, stored.step, stored.scene) == ("chair", 6, images.scene)
     assert (stored.run["images"], stored.run["pictures"], stored.run["validation_pictures"]) == ("here", 36, 12)
+    assert stored.run["device"] == "cpu"
 
 
 def test_a_resumed_training_hides_nothing_in_tensorboard(config: TrainConfig, images: ImageSet, tmp_path: Path) -> None:
