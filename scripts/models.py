@@ -246,8 +246,8 @@ def trainings_of(workshop: Workshop, model: Model, chosen: str) -> list[dict[str
 
 
 def place_of(directory: Path) -> str:
-    """Where a training ran, which its checkpoint tells."""
-    return "core" if load_checkpoint(directory).run["device"] == "cpu" else "GPU"
+    """Where a training ran, which its checkpoint tells; before checkpoints did, it is taken for a core."""
+    return "GPU" if load_checkpoint(directory).run.get("device") == "cuda" else "core"
 
 
 def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> str:

@@ -177,7 +177,7 @@ def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Command
 
 
 def _on_a_gpu_at_first(directory: Path) -> SimpleNamespace:
-    return SimpleNamespace(run={"device": "cuda" if directory.name == "first" else "cpu"})
+    return SimpleNamespace(run={"device": "cuda"} if directory.name == "first" else {})
 
 
 def _figures(folder: Path) -> dict[str, Any]:
