@@ -9,7 +9,6 @@ from typing import Literal
 
 Colour = tuple[float, float, float]
 Symmetry = Literal["none", "mirror", "two-mirrors"]
-LaplacianFrom = Literal["base", "stretched"]
 
 
 @dataclass(frozen=True)
@@ -156,10 +155,6 @@ class LossConfig:
     blocks have no such displacements, and this no effect."""
     laplacian_weight_start: float = 2000.0
     """That weight at the first step; cools like the KL weight."""
-    laplacian_from: LaplacianFrom = "base"
-    """What it takes displacements from: the base mesh, or that mesh `stretched` along its axes as fits each shape best.
-    With `base`, the underside of what is longer than the cube stays as short as the cube's; what closes the shape below
-    at its ends are vertices of these that turned in, and they cave in."""
     laplacian_underside: float = 30.0
     """How many times as much that term weighs at the vertices of the base cube's underside, without its rim. A camera
     above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, and with 100 legs

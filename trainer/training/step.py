@@ -11,7 +11,6 @@ from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
 from trainer import processes, recording
 from trainer.config import LossConfig, SceneConfig
-from trainer.model.displacement import displacements
 from trainer.model.encoder import Encoder
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, PosteriorHeads, bin_centres, pooled_over_views
@@ -136,7 +135,7 @@ def forward(
         lent = renderer.expected_log_likelihood(*borrowed, images, responsibility, geometry.topology, crease, eta)
     displaced = None
     if geometry.laplacian is not None:
-        displaced = geometry.laplacian @ displacements(vertices, model.decoder.base_vertices, config.laplacian_from)
+        displaced = geometry.laplacian @ (vertices - model.decoder.base_vertices)
     taught, light_taught = known, None
     if responsibility is not None:
         light_taught = None if light is None else responsibility.sum(1)

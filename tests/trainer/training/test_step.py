@@ -12,7 +12,6 @@ from rasteriser.topology import Topology, build_topology
 from trainer.config import LossConfig, ModelConfig, SceneConfig
 from trainer.geometry.normals import vertex_normals
 from trainer.geometry.topology import subdivided_cube
-from trainer.model.decoder import DISPLACEMENT_UNIT
 from trainer.model.loss import LossWeights
 from trainer.model.vae import Model
 from trainer.rendering import reference
@@ -111,21 +110,3 @@ def test_the_e_step_compares_poses_at_the_centres_of_bins_or_at_the_fine_angle(
     expected = bin_views(model, SCENE, vertices, fine * posterior.azimuth_fine_mean, turned)
     torch.testing.assert_close(compared[0].screen, expected.screen)
     torch.testing.assert_close(compared[0].colours, expected.colours)
-
-
-@pytest.mark.parametrize("since", ["base", "stretched"])
-def test_long_shapes_are_smooth_where_displacements_are_from_a_stretched_cube(
-    since: Literal["base", "stretched"],
-) -> None:
-    model = Model(ModelConfig(segments=2), SCENE.width, SCENE.height)
-    base, sizes = model.decoder.base_vertices, torch.tensor([0.5, 0.4, 1.5])
-    layer = model.decoder.displacements
-    torch.nn.init.zeros_(layer.weight)
-    layer.bias.data = ((sizes - 1) * base / DISPLACEMENT_UNIT).flatten()
-    config = LossConfig(laplacian_from=since)
-    geometry, images = fixed_geometry(model, SCENE, config), torch.rand(PICTURES, 3, SCENE.height, SCENE.width)
-    found = forward(model, geometry, SCENE, config, WEIGHTS, images, None, torch.Generator().manual_seed(0))
-    rough = (geometry.laplacian @ ((sizes - 1) * base)).square().sum()
-    torch.testing.assert_close(
-        found.terms.laplacian, rough if since == "base" else torch.tensor(0.0), atol=1e-6, rtol=1e-5
-    )
