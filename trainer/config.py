@@ -159,6 +159,9 @@ class LossConfig:
     """How many times as much that term weighs at the vertices of the base cube's underside, without its rim. A camera
     above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, and with 100 legs
     no longer part."""
+    inversion_weight: float = 0.0
+    """Weight of the volume that shapes turn inside out (`geometry.solid`), a volume of 1 being a cube whose side is the
+    object's diagonal; 100,000 leaves hardly any. Only for displaced cubes."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
     told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back

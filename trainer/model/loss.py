@@ -39,6 +39,7 @@ class LossWeights(NamedTuple):
     """Whether the E-step compares poses at the encoder's fine angles, not at the centres of their bins."""
     neighbours: float = 0.0
     """Of what neighbours' shapes explain (`training.neighbours`)."""
+    inversion: float = 0.0
 
 
 class LossTerms(NamedTuple):
@@ -51,6 +52,7 @@ class LossTerms(NamedTuple):
     laplacian: Tensor
     independence: Tensor
     neighbours: Tensor
+    inversion: Tensor
 
     def total(self) -> Tensor:
         return torch.stack(self).sum()
@@ -64,14 +66,16 @@ def training_loss(
     responsibility: Float[Tensor, "B R"] | None,
     light_responsibility: Float[Tensor, "B L"] | None = None,
     lent_log_likelihood: Float[Tensor, "B"] | None = None,
+    inverted_volume: Float[Tensor, "N"] | None = None,
 ) -> LossTerms:
     """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
     taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
     paper; then ρ is matched to its prior instead, and nothing asks the code to be independent of the pose. The same
     goes for the light's, where it varies. What has no displacements (None) has no Laplacian term.
-    `lent_log_likelihood` is the expected one under neighbours' shapes, where these are asked."""
+    `lent_log_likelihood` is the expected one under neighbours' shapes, where these are asked, and `inverted_volume`
+    what N of the shapes turn inside out, where that weighs."""
     zero = expected_log_likelihood.new_zeros(())
-    matching, teaching, laplacian, independence, neighbours = zero, zero, zero, zero, zero
+    matching, teaching, laplacian, independence, neighbours, inversion = zero, zero, zero, zero, zero, zero
     angles = [(posterior.azimuth_logits, responsibility)]
     divergence = shape_divergence(posterior).sum(1) + azimuth_fine_divergence(posterior)
     if posterior.light is not None:
@@ -88,6 +92,8 @@ def training_loss(
         laplacian = weights.laplacian * displacement_laplacian.square().sum((1, 2)).mean()
     if lent_log_likelihood is not None:
         neighbours = -weights.neighbours * lent_log_likelihood.mean()
+    if inverted_volume is not None:
+        inversion = weights.inversion * inverted_volume.mean()
     return LossTerms(
         reconstruction=-expected_log_likelihood.mean(),
         kl=weights.kl * divergence.mean(),
@@ -96,6 +102,7 @@ def training_loss(
         laplacian=laplacian,
         independence=independence,
         neighbours=neighbours,
+        inversion=inversion,
     )
 
 

@@ -93,6 +93,12 @@ def _check_together(config: TrainConfig) -> None:
             f"Expected loss.neighbour_weight of 0 with loss.objective paper, found {loss.neighbour_weight:g}: the "
             "paper asks no neighbours. Leave it away, or train with --loss.objective exact."
         )
+    if loss.inversion_weight and (model.parameterisation != "subdivision" or model.base != "cube"):
+        mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.base {model.base}"
+        raise ConfigError(
+            f"Expected loss.inversion_weight of 0 with {mesh}, found {loss.inversion_weight:g}: only the inside of a "
+            "displaced cube is known. Train with --loss.inversion-weight 0, or subdivision with --model.base cube."
+        )
     if loss.kind == "silhouette" and model.light == "varying":
         raise ConfigError(
             "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "

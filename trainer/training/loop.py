@@ -19,6 +19,7 @@ from trainer.config import LossConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet
 from trainer.data.source import FolderPictures, PictureSource
 from trainer.errors import DataError
+from trainer.geometry.solid import cube_solid
 from trainer.geometry.topology import underside, vertex_neighbours
 from trainer.model.batch_norm import synchronise
 from trainer.model.block_decoder import BlockDecoder
@@ -226,11 +227,15 @@ def split_instances(images: ImageSet, share: float, seed: int) -> tuple[Int64[Te
 
 def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> FixedGeometry:
     if isinstance(model.decoder, BlockDecoder):
-        return FixedGeometry(topology_of(model.faces), None)
+        return FixedGeometry(topology_of(model.faces), None, None)
     base = model.decoder.base_vertices
     vertices, faces = base.cpu().numpy(), model.faces.cpu().numpy()
     laplacian = np.eye(len(vertices)) - vertex_neighbours(faces, len(vertices))
     if scene.camera.elevation_degrees > 0:
         # The term is squared.
         laplacian[underside(vertices, faces)] *= math.sqrt(config.laplacian_underside)
-    return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian))
+    solid = None
+    if config.inversion_weight:
+        inner, tetrahedra = cube_solid(model.config.segments)
+        solid = base.new_tensor(inner), model.faces.new_tensor(tetrahedra)
+    return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian), solid)

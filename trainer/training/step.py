@@ -4,13 +4,14 @@ import math
 from typing import Any, Literal, NamedTuple, Protocol
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int64
 from torch import Tensor, nn
 
 from rasteriser.pictures import HARD
 from rasteriser.topology import Topology
 from trainer import processes, recording
 from trainer.config import LossConfig, SceneConfig
+from trainer.geometry.solid import inverted_volume
 from trainer.model.encoder import Encoder
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, PosteriorHeads, bin_centres, pooled_over_views
@@ -20,6 +21,8 @@ from trainer.training.moving import moved_onto
 from trainer.training.neighbours import Memory, lent_codes
 from trainer.training.views import Views, bin_views, views_at
 
+# Every so many shapes of a batch are asked what they turn inside out: that is enough for the decoder they share.
+INVERSION_STRIDE = 4
 # Jump in the colour's change per pixel from which an edge inside the surface is antialiased; from 0.3 on it shows.
 CREASES = {"none": HARD, "contours": math.inf, "borders": 0.3}
 
@@ -42,6 +45,8 @@ class FixedGeometry(NamedTuple):
     topology: Topology
     laplacian: Float[Tensor, "V V"] | None
     """Identity minus the mean over neighbours; None for blocks, which are no displaced surface."""
+    solid: tuple[Float[Tensor, "I V"], Int64[Tensor, "T 4"]] | None
+    """What fills a displaced cube (`geometry.solid.Solid`); None for other meshes, and where nothing asks for it."""
 
 
 class Step(nn.Module):
@@ -141,7 +146,9 @@ def forward(
         light_taught = None if light is None else responsibility.sum(1)
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
-    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent)
+    terms = training_loss(
+        weights, expected, posterior, displaced, taught, light_taught, lent, inverted_by(geometry, vertices)
+    )
     return StepResult(terms, posterior, expected, azimuth)
 
 
@@ -149,6 +156,11 @@ def uniform_azimuths(images: Float[Tensor, "B 3 H W"], generator: torch.Generato
     """A direction for each picture, radians."""
     plane = sample_normal(images.new_zeros(len(images), 2), images.new_ones(len(images), 2), generator)
     return torch.atan2(plane[:, 0], plane[:, 1])
+
+
+def inverted_by(geometry: FixedGeometry, vertices: Float[Tensor, "B V 3"]) -> Float[Tensor, "N"] | None:
+    """`inverted_volume` of one shape in `INVERSION_STRIDE`; None where nothing asks for it."""
+    return None if geometry.solid is None else inverted_volume(vertices[::INVERSION_STRIDE], *geometry.solid)
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

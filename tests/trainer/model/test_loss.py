@@ -38,6 +38,7 @@ WEIGHTS = LossWeights(
     laplacian=3.0,
     independence=7.0,
     neighbours=0.6,
+    inversion=5.0,
 )
 
 
@@ -130,6 +131,17 @@ def test_what_neighbours_explain_is_weighed_and_added(
     assert alone.neighbours.item() == 0
     assert terms.neighbours.item() == pytest.approx(-0.6 * np.mean(log_likelihood.numpy()[:, 1]))
     assert terms.total().item() == pytest.approx(alone.total().item() + terms.neighbours.item())
+
+
+def test_what_is_inside_out_is_weighed_and_added(
+    posterior: Posterior, log_likelihood: torch.Tensor, laplacian: torch.Tensor
+) -> None:
+    asked = posterior, laplacian, None, None, None
+    alone = training_loss(WEIGHTS, log_likelihood[:, 0], *asked)
+    terms = training_loss(WEIGHTS, log_likelihood[:, 0], *asked, torch.tensor([0.1, 0.0, 0.5]))
+    assert alone.inversion.item() == 0
+    assert terms.inversion.item() == pytest.approx(5 * 0.2)
+    assert terms.total().item() == pytest.approx(alone.total().item() + 1.0)
 
 
 def test_varying_light_adds_its_own_terms_as_the_paper_writes_them(

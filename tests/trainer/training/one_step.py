@@ -41,6 +41,7 @@ SETTINGS = {
         ("paper", LossConfig(objective="paper"), 1),
         ("two views", LossConfig(), 2),
         ("neighbours", LossConfig(neighbour_weight=1.0), 1),
+        ("inversion", LossConfig(inversion_weight=1e6), 1),
     )
 }
 

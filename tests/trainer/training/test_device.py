@@ -161,6 +161,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (LIT, LossConfig(pose_supervision="azimuth"), True, 1),
         (BLOCKS, LossConfig(moved_steps=10), False, 1),
         (LIT, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False, 2),
+        (TINY.model, LossConfig(inversion_weight=1.0), False, 1),
     ],
 )
 def test_a_step_is_on_one_device(
@@ -172,6 +173,9 @@ def test_a_step_is_on_one_device(
     geometry = fixed_geometry(here, SceneConfig(*size), loss)
     if geometry.laplacian is not None:
         geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))
+    if geometry.solid is not None:
+        inner, tetrahedra = geometry.solid
+        geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
     there, images = here.to(elsewhere), torch.empty(8, 3, *size[::-1], device=elsewhere)
     azimuths = torch.empty(8, device=elsewhere) if known else None
     weights, generator = weights_at(loss, 5, *size), torch.Generator()

@@ -82,6 +82,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (replace(TINY.model, symmetry="mirror"), LossConfig(), False),
         (BLOCKS, LossConfig(moved_steps=10), False),
         (TINY.model, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False),
+        (TINY.model, LossConfig(inversion_weight=1.0), False),
     ],
 )
 def test_nothing_passes_between_host_and_device_in_a_recorded_step(
@@ -93,6 +94,9 @@ def test_nothing_passes_between_host_and_device_in_a_recorded_step(
     geometry = fixed_geometry(here, SceneConfig(*size), loss)
     if geometry.laplacian is not None:
         geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))
+    if geometry.solid is not None:
+        inner, tetrahedra = geometry.solid
+        geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
     monkeypatch.setattr(loop, "fixed_geometry", lambda *_: geometry)
     there = here.to(elsewhere)
     memory = Memory(model.latent).to(elsewhere)

@@ -89,6 +89,14 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"loss": {"objective": "paper", "neighbour_weight": 0.5}},
             "loss.neighbour_weight of 0 with loss.objective paper, found 0.5: .* --loss.objective exact",
         ),
+        (
+            {"loss": {"inversion_weight": 9.0}, "model": {"base": "cup"}},
+            "loss.inversion_weight of 0 with model.base cup, found 9: .* --model.base cube",
+        ),
+        (
+            {"loss": {"inversion_weight": 9.0}, "model": {"parameterisation": "full-block", "segments": 4}},
+            "loss.inversion_weight of 0 with full-block, found 9: only the inside of a displaced cube .* subdivision",
+        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),
@@ -97,10 +105,12 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
 def test_settings_that_mean_nothing_are_refused(
     config: TrainConfig, images: ImageSet, tmp_path: Path, change: dict[str, Any], message: str
 ) -> None:
-    ((name, value),) = change.items()
-    changed = replace(getattr(config, name), **value) if isinstance(value, dict) else value
+    changed = {
+        name: replace(getattr(config, name), **value) if isinstance(value, dict) else value
+        for name, value in change.items()
+    }
     with pytest.raises(ConfigError, match=f"Expected {message}"):
-        run(replace(config, **{name: changed}), images, tmp_path / "run")
+        run(replace(config, **changed), images, tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 

@@ -1,0 +1,92 @@
+"""The solid inside a cube: its volume, what of it is turned inside out, and which way the gradient pushes."""
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from trainer.geometry.solid import Solid, cube_solid, inverted_volume
+from trainer.geometry.topology import subdivided_cube
+
+
+def surface(segments: int) -> Tensor:
+    return torch.tensor(subdivided_cube(segments).vertices)
+
+
+def inverted(solid: Solid, vertices: Tensor) -> Tensor:
+    return inverted_volume(vertices, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra))
+
+
+def volumes(solid: Solid, vertices: np.ndarray) -> np.ndarray:
+    points = np.concatenate((vertices, solid.inner @ vertices))
+    return np.array([np.linalg.det(points[corners[1:]] - points[corners[0]]) / 6 for corners in solid.tetrahedra])
+
+
+@pytest.mark.parametrize("segments", [1, 2, 3, 4, 8])
+def test_tetrahedra_fill_the_cube(segments: int) -> None:
+    solid = cube_solid(segments)
+    assert solid.inner.shape == ((segments - 1) ** 3, 6 * segments**2 + 2)
+    assert solid.tetrahedra.shape == (5 * segments**3, 4)
+    found = volumes(solid, surface(segments).numpy())
+    assert found.min() > 0
+    assert found.sum() == pytest.approx(1)
+
+
+@pytest.mark.parametrize("segments", [2, 4])
+def test_it_is_its_own_mirror_image(segments: int) -> None:
+    solid, vertices = cube_solid(segments), surface(segments).numpy()
+    points = np.concatenate((vertices, solid.inner @ vertices))
+    there = {frozenset(map(tuple, points[corners].round(9) + 0.0)) for corners in solid.tetrahedra}
+    for axis in range(3):
+        mirrored = points * np.where(np.arange(3) == axis, -1, 1)
+        assert {frozenset(map(tuple, mirrored[corners].round(9) + 0.0)) for corners in solid.tetrahedra} == there
+
+
+def test_inner_points_lie_in_the_middle_of_their_neighbours_whatever_the_surface_does() -> None:
+    solid, vertices = cube_solid(4), surface(4).numpy()
+    lattice = np.rint((np.concatenate((vertices, solid.inner @ vertices)) + 0.5) * 4)
+    displaced = vertices + np.random.default_rng(0).normal(size=vertices.shape)
+    points = np.concatenate((displaced, solid.inner @ displaced))
+    for number in range(len(vertices), len(points)):
+        neighbours = np.abs(lattice - lattice[number]).sum(1).round(6) == 1
+        assert neighbours.sum() == 6
+        np.testing.assert_allclose(points[number], points[neighbours].mean(0), atol=1e-12)
+
+
+def test_what_is_moved_turned_or_stretched_is_not_inside_out() -> None:
+    vertices = surface(4)
+    stretched = vertices * torch.tensor([1.0, 0.02, 3.0], dtype=torch.float64) + 7.0
+    turned = vertices[:, [1, 2, 0]]
+    assert inverted(cube_solid(4), torch.stack((vertices, stretched, turned))).tolist() == [0, 0, 0]
+
+
+def test_a_mirrored_cube_is_inside_out_as_a_whole() -> None:
+    mirrored = surface(4) * torch.tensor([1.0, -0.5, 1.0], dtype=torch.float64)
+    assert inverted(cube_solid(4), mirrored[None]).item() == pytest.approx(0.5)
+
+
+def test_an_underside_that_rises_through_the_top_is_told_and_is_pushed_back() -> None:
+    """Seen from above, this slab has the same outline and a plane top: its underside."""
+    vertices = surface(4) * torch.tensor([1.0, 0.1, 1.0], dtype=torch.float64)
+    middle = (vertices[:, [0, 2]].abs() < 0.3).all(1)
+    below = middle & (vertices[:, 1] < 0)
+    crossed = torch.where(below[:, None], vertices + torch.tensor([0.0, 0.14, 0.0]), vertices).requires_grad_()
+    (found,) = inverted(cube_solid(4), crossed[None])
+    assert found.item() > 0.004
+    (gradient,) = torch.autograd.grad(found, crossed)
+    assert (gradient[below, 1] > 0).all()
+    assert (gradient[middle & (vertices[:, 1] > 0), 1] < 0).all()
+
+
+def test_its_gradient_is_that_of_finite_differences() -> None:
+    vertices = surface(2) + 0.4 * torch.tensor(np.random.default_rng(1).normal(size=(3, 26, 3)))
+    solid = cube_solid(2)
+    assert inverted(solid, vertices).min() > 0
+    assert torch.autograd.gradcheck(lambda x: inverted(solid, x), vertices.requires_grad_())
+
+
+def test_it_is_the_sum_of_the_negative_volumes() -> None:
+    vertices = surface(3) + 0.3 * torch.tensor(np.random.default_rng(2).normal(size=(2, 56, 3)))
+    solid = cube_solid(3)
+    expected = [-np.minimum(volumes(solid, shape), 0).sum() for shape in vertices.numpy()]
+    np.testing.assert_allclose(inverted(solid, vertices), expected, rtol=1e-10)

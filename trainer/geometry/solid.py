@@ -1,0 +1,74 @@
+"""The solid inside the cube's surface, and how much of it a displaced surface turns inside out.
+
+Where the hidden side of a wing passes through the seen one, pictures hardly change, and its curvature does not: what
+is thin comes out as sheets that cross. The lattice inside the cube tells. Carried along with the surface, each of its
+tetrahedra has a volume, which is negative where the solid is inside out.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int64
+from torch import Tensor
+
+from trainer.geometry.topology import subdivided_cube
+
+# A cell's corner of even parity is cut off by each of four tetrahedra, and the fifth is what is left.
+_CELL = np.array(
+    [
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        [(1, 1, 0), (0, 1, 0), (1, 0, 0), (1, 1, 1)],
+        [(1, 0, 1), (1, 0, 0), (0, 0, 1), (1, 1, 1)],
+        [(0, 1, 1), (0, 0, 1), (0, 1, 0), (1, 1, 1)],
+        [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)],
+    ]
+)
+
+
+class Solid(NamedTuple):
+    """What fills `topology.subdivided_cube`. Points are its vertices, and after them those of the lattice inside."""
+
+    inner: Float[np.ndarray, "I V"]
+    """Each inner point as a mean of vertices: the harmonic one, so that it lies in the middle of its six neighbours."""
+    tetrahedra: Int64[np.ndarray, "T 4"]
+    """Points; of positive volume in the cube."""
+
+
+def cube_solid(segments: int) -> Solid:
+    """The lattice of (segments + 1)³ points, whose surface is that of `subdivided_cube(segments)`, in 5·segments³
+    tetrahedra; for even `segments` its own mirror image in x, y and z."""
+    surface = np.rint((subdivided_cube(segments).vertices + 0.5) * segments).astype(int)
+    number = np.full((segments + 1,) * 3, -1)
+    number[tuple(surface.T)] = np.arange(len(surface))
+    inside = np.argwhere(number < 0)
+    number[tuple(inside.T)] = len(surface) + np.arange(len(inside))
+
+    pull = np.zeros((len(inside), number.size))
+    steps = np.concatenate((np.eye(3, dtype=int), -np.eye(3, dtype=int)))
+    for row, point in enumerate(inside):
+        pull[row, number[tuple((point + steps).T)]] = -1
+        pull[row, number[tuple(point)]] = 6
+    inner = np.linalg.solve(pull[:, len(surface) :], -pull[:, : len(surface)])
+
+    cells = np.argwhere(np.ones((segments,) * 3, bool))
+    odd = cells.sum(1) % 2
+    corners = np.repeat(_CELL[None], len(cells), 0)
+    corners[..., 0] ^= odd[:, None, None]
+    # A mirrored tetrahedron is turned over.
+    corners[odd == 1] = corners[odd == 1][:, :, [0, 2, 1, 3]]
+    points = cells[:, None, None] + corners
+    return Solid(inner, number[tuple(np.moveaxis(points, -1, 0))].reshape(-1, 4))
+
+
+def inverted_volume(
+    vertices: Float[Tensor, "B V 3"], inner: Float[Tensor, "I V"], tetrahedra: Int64[Tensor, "T 4"]
+) -> Float[Tensor, "B"]:
+    """The volume of a solid's tetrahedra that displaced vertices turn inside out, in units of the vertices'."""
+    # Shapes last: whole rows are gathered then, in half of the time.
+    surface = vertices.permute(2, 1, 0)
+    points = torch.cat((surface, inner @ surface), 1).transpose(0, 1).flatten(1)
+    origin, *others = (points.index_select(0, corner).unflatten(1, (3, -1)) for corner in tetrahedra.unbind(1))
+    one, two, three = (other - origin for other in others)
+    volumes: Tensor = (one.cross(two, dim=1) * three).sum(1) / 6
+    return (-volumes).clamp(min=0).sum(0)
