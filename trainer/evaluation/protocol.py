@@ -41,7 +41,7 @@ from trainer.evaluation.pictures import Pictures, Validation, linear_batches, th
 from trainer.evaluation.report import BaselineFigures, FrameFigures, Report
 from trainer.evaluation.subject import Prediction, Subject, predict
 from trainer.evaluation.surface import agreement, visible_surface
-from trainer.evaluation.voxels import occupy
+from trainer.evaluation.voxels import inside_out, occupy
 
 # Another sample of the surface than the truths': points of equal shapes would else coincide.
 _START = 0.25
@@ -92,6 +92,7 @@ def judge(subject: Subject, pictures: Pictures, validation: Validation | None) -
         baselines=None if validation is None else _baseline_figures(pictures, validation),
         light_error_degrees=_light_error(prediction, pictures),
         picture_error=_interval(_picture_errors(subject, prediction, pictures), pictures),
+        inside_out=_interval(_inside_out(subject, prediction, pictures), pictures),
         azimuth_offset_degrees=None if fitted is None else math.degrees(fitted.offset),
         azimuth_temperature=None if fitted is None else fitted.temperature,
         symmetric_objects=_symmetric_objects(pictures),
@@ -183,6 +184,14 @@ def _picture_errors(subject: Subject, prediction: Prediction, pictures: Pictures
         start += len(images)
     found: Float[ndarray, N] = torch.cat(errors).double().numpy()
     return found
+
+
+def _inside_out(subject: Subject, prediction: Prediction, pictures: Pictures) -> Float[ndarray, "N"]:
+    faces, shapes = subject.faces.numpy(), prediction.vertices.double().numpy()[:: pictures.views]
+    with ThreadPoolExecutor(threads()) as pool:
+        shares = np.array(list(pool.map(lambda vertices: inside_out(vertices, faces), shapes)))
+    # Pictures that are shown together have one shape.
+    return shares.repeat(pictures.views)
 
 
 def _symmetric_objects(pictures: Pictures) -> dict[str, int]:

@@ -55,6 +55,8 @@ class Report:
     """Median, 0 to 180; None where the light stands still, or the model knows only one."""
     picture_error: Interval
     """Mean absolute difference of input and reconstruction, linear RGB 0..1."""
+    inside_out: Interval
+    """Share of what a reconstruction encloses around which its faces look inward."""
     azimuth_offset_degrees: float | None
     """What was fitted: true ≈ predicted + offset."""
     azimuth_temperature: float | None
@@ -114,6 +116,7 @@ _BASELINE_ROWS = (
 _OTHER_ROWS = (
     ("light_error_degrees", "light error, median", "°"),
     ("picture_error", "picture error", ""),
+    ("inside_out", "inside out", ""),
 )
 _NO_VALIDATION = (
     "No validation pictures were given, so neither azimuth offset nor temperature are fitted, and there are no "

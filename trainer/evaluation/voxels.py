@@ -12,7 +12,7 @@ along x, y, z. Predictions (`occupy`) and truths (`trainer.evaluation.fill`, whi
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Integer, UInt8
+from jaxtyping import Bool, Float, Int32, Integer, UInt8
 from numpy import ndarray
 
 from rasteriser.compilation import kernel
@@ -113,17 +113,38 @@ def voxelise(
 
     Raises ValueError for coordinates that are not finite.
     """
+    full: Bool[ndarray, "R R R"] = winding_numbers(vertices, faces, resolution) != 0
+    return full
+
+
+def inside_out(vertices: Float[ndarray, "V 3"], faces: Integer[ndarray, "F 3"]) -> float:
+    """The share of what a closed mesh encloses, in fine voxels, around which its faces look inward; 0 of a mesh that is
+    too thin for any.
+
+    Raises ValueError for coordinates that are not finite.
+    """
+    winding = winding_numbers(vertices, faces, RESOLUTION * FINENESS)
+    return float(np.count_nonzero(np.less(winding, 0)) / max(np.count_nonzero(winding), 1))
+
+
+def winding_numbers(
+    vertices: Float[ndarray, "V 3"], faces: Integer[ndarray, "F 3"], resolution: int
+) -> Int32[ndarray, "R R R"]:
+    """How often a closed surface winds around each voxel's centre: 1 inside of a solid whose faces look outward.
+
+    Raises ValueError for coordinates that are not finite.
+    """
     if not np.isfinite(vertices).all():
         raise ValueError("expected finite vertices, found NaN or infinity")
     # In units of voxels, so that centres are whole numbers: crossings of a face are then found without rounding.
     corners = (np.asarray(vertices, np.float64)[np.asarray(faces)] + 0.5) * resolution - 0.5
-    full: Bool[ndarray, "R R R"] = _winding(np.ascontiguousarray(corners), resolution) != 0
-    return full
+    winding: Int32[ndarray, "R R R"] = _winding(np.ascontiguousarray(corners), resolution)
+    return winding
 
 
 @kernel()
 def _winding(corners, resolution):
-    """Winding number of each centre, up to its sign: the signs of the faces below it, summed up along its column."""
+    """Winding number of each centre: the signs of the faces below it, summed up along its column."""
     winding = np.zeros((resolution, resolution, resolution), np.int32)
     columns, heights = np.empty((resolution**2, 2), np.int64), np.empty(resolution**2)
     for face in range(corners.shape[0]):
@@ -131,7 +152,7 @@ def _winding(corners, resolution):
         for crossing in range(count):
             y = first_centre(heights[crossing], resolution)
             if y < resolution:
-                winding[columns[crossing, 0], y, columns[crossing, 1]] += sign
+                winding[columns[crossing, 0], y, columns[crossing, 1]] -= sign
     for x in range(resolution):
         for y in range(1, resolution):
             for z in range(resolution):

@@ -41,6 +41,7 @@ def test_a_perfect_predictor_scores_perfectly_whatever_its_frame(
     assert judgement.offset == pytest.approx(frame, abs=1e-5)
     # Corner normals of the data are sharp at creases, those of a model are smooth: shading differs, outlines do not.
     assert report.picture_error.value < 0.02
+    assert report.inside_out.value == 0
     # A frame of one's own costs all that depends on it, and nothing else.
     away = abs(frame_degrees)
     assert report.unaligned.azimuth_error_degrees.value == pytest.approx(away, abs=1e-3)

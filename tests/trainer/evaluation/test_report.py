@@ -16,6 +16,7 @@ REPORT = Report(
     baselines=BaselineFigures(Interval(0.5, 0.4, 0.6), Interval(0.55, 0.45, 0.65)),
     light_error_degrees=None,
     picture_error=Interval(0.0312345, 0.03, 0.04),
+    inside_out=Interval(0.25, 0.2, 0.3),
     azimuth_offset_degrees=-1e-7,
     azimuth_temperature=1.5,
     symmetric_objects={"2": 3, "continuous": 1},
@@ -31,7 +32,7 @@ ALONE = dataclasses.replace(REPORT, **NOT_FITTED, skipped_meshes=0)
 def test_json_is_flat_and_has_all_names_always() -> None:
     flat = json.loads(json.dumps(as_json(REPORT), allow_nan=False))
     intervals = FRAME_NAMES | {f"{name}_unaligned" for name in FRAME_NAMES}
-    intervals |= {"mean_shape_iou", "nearest_neighbour_iou", "light_error_degrees", "picture_error"}
+    intervals |= {"mean_shape_iou", "nearest_neighbour_iou", "light_error_degrees", "picture_error", "inside_out"}
     others = {"azimuth_offset_degrees", "symmetric_objects", "pictures", "views_per_instance", "objects"}
     others |= {"azimuth_temperature", "skipped_meshes"}
     assert flat.keys() == intervals | {f"{name}_interval" for name in intervals} | others
@@ -47,6 +48,7 @@ def test_json_holds_the_figures() -> None:
     assert flat["azimuth_temperature"] == 1.5
     assert flat["nearest_neighbour_iou_interval"] == [0.45, 0.65]
     assert flat["picture_error"] == 0.0312
+    assert flat["inside_out_interval"] == [0.2, 0.3]
     assert flat["light_error_degrees"] is flat["light_error_degrees_interval"] is None
     assert flat["symmetric_objects"] == {"2": 3, "continuous": 1}
     assert str(flat["azimuth_offset_degrees"]) == "0.0"
@@ -67,6 +69,7 @@ def test_the_table_has_both_frames_and_names_what_was_skipped() -> None:
     assert "| azimuth error, median | 0.2° [0.1, 0.9] | 0.2° [0.1, 0.9] |" in page
     assert "| IoU of the nearest neighbour | 0.550 [0.450, 0.650] | |" in page
     assert "| light error, median | – | |" in page
+    assert "| inside out | 0.250 [0.200, 0.300] | |" in page
     assert "Rotational symmetries: 3 of order 2, 1 continuous." in page
     assert page.endswith("2 mesh files could not be read and were left out:\n\n- a.obj: broken\n- b.glb: empty\n")
     assert "--validation" not in page

@@ -6,7 +6,7 @@ import trimesh
 
 from trainer.data.shapes.catalogue import make_shape
 from trainer.data.shapes.solid import Mesh, box, joined, moved, turned
-from trainer.evaluation.voxels import FINENESS, blocks, occupy, thin_layers, voxelise
+from trainer.evaluation.voxels import FINENESS, blocks, inside_out, occupy, thin_layers, voxelise, winding_numbers
 
 CENTRES = (np.stack(np.meshgrid(*[np.arange(32)] * 3, indexing="ij"), -1) + 0.5) / 32 - 0.5
 
@@ -196,3 +196,28 @@ def test_air_is_what_is_outside() -> None:
     assert (~solid.air).sum() == 80 * 40 * 120
     with pytest.raises(ValueError, match="expected finite vertices"):
         occupy(np.full((3, 3), np.inf), np.array([(0, 1, 2)]))
+
+
+def test_what_lies_inside_is_wound_around_once_or_once_the_other_way() -> None:
+    outward = box((0.5, 0.25, 0.75))
+    inward = Mesh(outward.vertices, outward.faces[:, ::-1])
+    twice = joined(outward, box((0.25, 0.25, 0.25)))
+    assert np.unique(winding_numbers(*outward, 32)).tolist() == [0, 1]
+    assert np.unique(winding_numbers(*inward, 32)).tolist() == [-1, 0]
+    assert np.unique(winding_numbers(*twice, 32)).tolist() == [0, 1, 2]
+
+
+def test_the_part_that_is_inside_out_is_told() -> None:
+    large, small = box((0.5, 0.25, 0.5), (0.0, 0.25, 0.0)), box((0.5, 0.25, 0.25), (0.0, -0.25, 0.0))
+    turned_over = Mesh(small.vertices, small.faces[:, ::-1])
+    assert inside_out(*joined(large, small)) == 0
+    assert inside_out(*joined(large, turned_over)) == pytest.approx(1 / 3)
+    assert inside_out(*turned_over) == 1
+    assert inside_out(*box((0.5, 1e-6, 0.5), (0.0, 0.001, 0.0))) == 0
+
+
+def test_a_slab_whose_underside_has_passed_its_top_is_inside_out() -> None:
+    slab = box((0.5, 0.05, 0.5))
+    crossed = slab.vertices * (1, -1, 1)
+    assert inside_out(slab.vertices, slab.faces) == 0
+    assert inside_out(crossed, slab.faces) == 1
