@@ -124,7 +124,8 @@ def inside_out(vertices: Float[ndarray, "V 3"], faces: Integer[ndarray, "F 3"]) 
     Raises ValueError for coordinates that are not finite.
     """
     winding = winding_numbers(vertices, faces, RESOLUTION * FINENESS)
-    return float(np.count_nonzero(np.less(winding, 0)) / max(np.count_nonzero(winding), 1))
+    enclosed = np.count_nonzero(winding)
+    return np.count_nonzero(np.less(winding, 0)) / enclosed if enclosed else 0.0
 
 
 def winding_numbers(
