@@ -92,7 +92,7 @@ def judge(subject: Subject, pictures: Pictures, validation: Validation | None) -
         baselines=None if validation is None else _baseline_figures(pictures, validation),
         light_error_degrees=_light_error(prediction, pictures),
         picture_error=_interval(_picture_errors(subject, prediction, pictures), pictures),
-        inside_out=_interval(_inside_out(subject, prediction, pictures), pictures),
+        inside_out=_interval(_inside_out(subject, prediction, pictures, (fitted or UNALIGNED).offset), pictures),
         azimuth_offset_degrees=None if fitted is None else math.degrees(fitted.offset),
         azimuth_temperature=None if fitted is None else fitted.temperature,
         symmetric_objects=_symmetric_objects(pictures),
@@ -186,8 +186,10 @@ def _picture_errors(subject: Subject, prediction: Prediction, pictures: Pictures
     return found
 
 
-def _inside_out(subject: Subject, prediction: Prediction, pictures: Pictures) -> Float[ndarray, "N"]:
-    faces, shapes = subject.faces.numpy(), prediction.vertices.double().numpy()[:: pictures.views]
+def _inside_out(subject: Subject, prediction: Prediction, pictures: Pictures, offset: float) -> Float[ndarray, "N"]:
+    # In the class's frame, so that a model and its bundle fill the same voxels.
+    turned = prediction.vertices.double().numpy() @ rotation_about_y(-offset).T
+    faces, shapes = subject.faces.numpy(), turned[:: pictures.views]
     with ThreadPoolExecutor(threads()) as pool:
         shares = np.array(list(pool.map(lambda vertices: inside_out(vertices, faces), shapes)))
     # Pictures that are shown together have one shape.
