@@ -162,6 +162,9 @@ class LossConfig:
     inversion_weight: float = 0.0
     """Weight of the volume that shapes turn inside out (`geometry.solid`), a volume of 1 being a cube whose side is the
     object's diagonal; 100,000 leaves hardly any. Only for displaced cubes."""
+    inversion_margin: float = 0.1
+    """The least volume that a tetrahedron in a shape is left, as a share of the mean of the shape's: what lacks weighs
+    like what is inside out, so that what is thin keeps two sides."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
     told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back

@@ -62,13 +62,15 @@ def cube_solid(segments: int) -> Solid:
 
 
 def inverted_volume(
-    vertices: Float[Tensor, "B V 3"], inner: Float[Tensor, "I V"], tetrahedra: Int64[Tensor, "T 4"]
+    vertices: Float[Tensor, "B V 3"], inner: Float[Tensor, "I V"], tetrahedra: Int64[Tensor, "T 4"], margin: float = 0
 ) -> Float[Tensor, "B"]:
-    """The volume of a solid's tetrahedra that displaced vertices turn inside out, in units of the vertices'."""
+    """The volume of a solid's tetrahedra that displaced vertices turn inside out, in units of the vertices'; with a
+    `margin`, also what each lacks of that share of its shape's mean."""
     # Shapes last: whole rows are gathered then, in half of the time.
     surface = vertices.permute(2, 1, 0)
     points = torch.cat((surface, inner @ surface), 1).transpose(0, 1).flatten(1)
     origin, *others = (points.index_select(0, corner).unflatten(1, (3, -1)) for corner in tetrahedra.unbind(1))
     one, two, three = (other - origin for other in others)
     volumes: Tensor = (one.cross(two, dim=1) * three).sum(1) / 6
-    return (-volumes).clamp(min=0).sum(0)
+    least = margin * volumes.detach().mean(0).clamp(min=0)
+    return (least - volumes).clamp(min=0).sum(0)

@@ -146,9 +146,8 @@ def forward(
         light_taught = None if light is None else responsibility.sum(1)
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
-    terms = training_loss(
-        weights, expected, posterior, displaced, taught, light_taught, lent, inverted_by(geometry, vertices)
-    )
+    inverted = inverted_by(geometry, vertices, config.inversion_margin)
+    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent, inverted)
     return StepResult(terms, posterior, expected, azimuth)
 
 
@@ -158,9 +157,11 @@ def uniform_azimuths(images: Float[Tensor, "B 3 H W"], generator: torch.Generato
     return torch.atan2(plane[:, 0], plane[:, 1])
 
 
-def inverted_by(geometry: FixedGeometry, vertices: Float[Tensor, "B V 3"]) -> Float[Tensor, "N"] | None:
+def inverted_by(geometry: FixedGeometry, vertices: Float[Tensor, "B V 3"], margin: float) -> Float[Tensor, "N"] | None:
     """`inverted_volume` of one shape in `INVERSION_STRIDE`; None where nothing asks for it."""
-    return None if geometry.solid is None else inverted_volume(vertices[::INVERSION_STRIDE], *geometry.solid)
+    if geometry.solid is None:
+        return None
+    return inverted_volume(vertices[::INVERSION_STRIDE], *geometry.solid, margin)
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

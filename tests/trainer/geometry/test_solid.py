@@ -13,8 +13,8 @@ def surface(segments: int) -> Tensor:
     return torch.tensor(subdivided_cube(segments).vertices)
 
 
-def inverted(solid: Solid, vertices: Tensor) -> Tensor:
-    return inverted_volume(vertices, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra))
+def inverted(solid: Solid, vertices: Tensor, margin: float = 0) -> Tensor:
+    return inverted_volume(vertices, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra), margin)
 
 
 def volumes(solid: Solid, vertices: np.ndarray) -> np.ndarray:
@@ -90,3 +90,27 @@ def test_it_is_the_sum_of_the_negative_volumes() -> None:
     solid = cube_solid(3)
     expected = [-np.minimum(volumes(solid, shape), 0).sum() for shape in vertices.numpy()]
     np.testing.assert_allclose(inverted(solid, vertices), expected, rtol=1e-10)
+
+
+def test_with_a_margin_it_is_what_each_tetrahedron_lacks_of_its_share_of_the_mean() -> None:
+    vertices = surface(3) + 0.2 * torch.tensor(np.random.default_rng(2).normal(size=(2, 56, 3)))
+    solid = cube_solid(3)
+    each = [volumes(solid, shape) for shape in vertices.numpy()]
+    expected = [np.maximum(0.3 * found.mean() - found, 0).sum() for found in each]
+    np.testing.assert_allclose(inverted(solid, vertices, 0.3), expected, rtol=1e-10)
+    assert (inverted(solid, vertices, 0.3) > inverted(solid, vertices)).all()
+
+
+def test_a_margin_thickens_what_is_thin_beside_the_rest() -> None:
+    slab = surface(4) * torch.tensor([1.0, 0.03, 1.0], dtype=torch.float64)
+    thin = slab[:, 2] > 0.2
+    thinned = torch.where(thin[:, None], slab * torch.tensor([1.0, 0.01, 1.0]), slab).requires_grad_()
+    alike, uneven = inverted(cube_solid(4), torch.stack((slab, thinned)), 0.2)
+    assert alike.item() == 0
+    (gradient,) = torch.autograd.grad(uneven, thinned)
+    assert (gradient * thinned)[thin, 1].sum() < 0
+
+
+def test_what_is_inside_out_as_a_whole_asks_for_no_more_than_to_be_turned() -> None:
+    mirrored = surface(4) * torch.tensor([1.0, -0.5, 1.0], dtype=torch.float64)
+    assert inverted(cube_solid(4), mirrored[None], 0.5).item() == pytest.approx(0.5)
