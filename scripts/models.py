@@ -52,6 +52,7 @@ FIGURES = (
     "untempered_calibration_error",
     "azimuth_temperature",
     "chamfer_distance",
+    "inside_out",
     "objects",
     "pictures",
 )
