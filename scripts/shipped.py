@@ -71,8 +71,8 @@ def told(
     )
 
 
-# Jars, lamps, cars in white light, airplanes' second training, and the first ones of benches, cars, rifles, sofas,
-# tables and vessels were trained on a GPU.
+# Jars, lamps, cars in white light, and the first trainings of benches, cars, rifles, sofas, tables and vessels were
+# trained on a GPU.
 MODELS: Final = (
     # Wings may be before or behind the middle of airplanes: the first training's views are moved, it finds those of
     # some kinds back to front, and these are turned round where shapes are then alike.
