@@ -92,7 +92,7 @@ MODELS: Final = (
     # Seed 0 is the better of 0 and 1 on validation pictures.
     Model("pot", "pot", "detailed", 4500, (*EARLY, *CUP)),
     # The first training's seed is the better of 0 and 1 on validation pictures.
-    told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER)), *LENDING),
+    told(Model("rifle", "rifle", "sharp", 4500, (*CLOSER, "--seed", "1", *FINER)), *LENDING, *SOUND),
     # Blocks that are told where they belong from the first step on find better places. They are given time to do so
     # before codes tell them apart, as in the first training, and no mirror: corner sofas have none, and those of one
     # hand that were taken for the other are turned by a quarter.
