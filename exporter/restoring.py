@@ -30,7 +30,7 @@ from trainer.errors import ChiaroError
 from trainer.evaluation.bundle import from_bundle
 from trainer.evaluation.pictures import load_as_seen
 from trainer.mapping import from_mapping
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.training.checkpoint import FILE_NAME, Checkpoint, save_checkpoint
 
 _KEPT: Final = ("seconds", "core_seconds", "pictures", "validation_pictures")
@@ -82,7 +82,7 @@ def restored(directory: Path, images: Path) -> Checkpoint:
         raise ExportError(str(error)) from error
     _check_whole(directory, bundle)
     scene, (step, run, config) = from_bundle(directory).scene, _training(directory, bundle)
-    model = Model(config.model, config.width, config.height).eval()
+    model = model_of(config).eval()
     seen = load_as_seen(images, scene).pictures
     pictures = torch.from_numpy(decode_table()[seen[:: -(-len(seen) // _LOOKED_AT)]])
     with torch.no_grad():

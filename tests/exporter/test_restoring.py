@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
@@ -19,7 +20,7 @@ from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
 from trainer.evaluation.pictures import load_as_seen
 from trainer.model.vae import Model
-from trainer.training.checkpoint import load_checkpoint
+from trainer.training.checkpoint import FILE_NAME, load_checkpoint, save_checkpoint
 from trainer.training.reframing import reframe
 
 
@@ -95,6 +96,19 @@ def test_the_last_phase_goes_on_from_it(
     assert after.run["restored_from"] == before.run["restored_from"]
     assert main(arguments) == 2
     assert "expected no training there yet, found one" in capsys.readouterr().err
+
+
+def test_the_lattice_inside_of_shapes_which_no_bundle_holds_begins_anew(
+    copy: Path, folder: Path, tmp_path: Path
+) -> None:
+    manifest = read_bundle(copy).manifest
+    training: Any = manifest.training
+    config = {**training["config"], "loss": {**training["config"]["loss"], "inversion_weight": 1.0}}
+    (copy / MANIFEST_FILE).write_bytes(encode_manifest(replace(manifest, training={**training, "config": config})))
+    save_checkpoint(tmp_path / FILE_NAME, restored(copy, folder))
+    lattice = load_checkpoint(tmp_path).model.lattice
+    assert lattice is not None
+    assert not lattice.offsets.weight.any()
 
 
 def test_a_bundle_that_lacks_something_of_its_training_is_refused(copy: Path, folder: Path) -> None:

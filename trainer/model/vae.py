@@ -5,12 +5,13 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from trainer import processes, recording
-from trainer.config import ModelConfig, Symmetry
+from trainer.config import ModelConfig, Symmetry, TrainConfig
 from trainer.geometry.cup import subdivided_cup
 from trainer.geometry.topology import subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
 from trainer.model.encoder import Encoder
+from trainer.model.lattice import Lattice
 from trainer.model.posterior import Posterior, PosteriorHeads
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
@@ -25,9 +26,10 @@ Decoder = SubdivisionDecoder | BlockDecoder
 
 
 class Model(nn.Module):
-    """x → Q(z, θ, λ | x), and z → vertices. There is a λ only where the light varies."""
+    """x → Q(z, θ, λ | x), and z → vertices. There is a λ only where the light varies, and a lattice inside of shapes
+    where it is asked for, of a displaced cube."""
 
-    def __init__(self, config: ModelConfig, width: int, height: int) -> None:
+    def __init__(self, config: ModelConfig, width: int, height: int, lattice: bool = False) -> None:
         super().__init__()
         self.config = config
         self.width, self.height = width, height
@@ -35,6 +37,7 @@ class Model(nn.Module):
         light_bins = config.light_bins if config.light == "varying" else 0
         self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins, light_bins)
         self.decoder = decoder_of(config)
+        self.lattice = Lattice(config.hidden, config.segments) if lattice else None
 
     @property
     def faces(self) -> Tensor:
@@ -49,6 +52,18 @@ class Model(nn.Module):
         """Vertices in the object frame."""
         vertices: Tensor = self.decoder(shape_code)
         return vertices
+
+    def inner_offsets(self, shape_code: Float[Tensor, "B Z"]) -> Float[Tensor, "B I 3"]:
+        """What `Lattice` says of shapes; only of a model that has one."""
+        assert self.lattice is not None
+        assert isinstance(self.decoder, SubdivisionDecoder)
+        offsets: Tensor = self.lattice(self.decoder.hidden(shape_code))
+        return offsets
+
+
+def model_of(config: TrainConfig) -> Model:
+    """The model of a training, new; with a lattice where the loss asks what is inside out."""
+    return Model(config.model, config.width, config.height, lattice=config.loss.inversion_weight > 0)
 
 
 def decoder_of(config: ModelConfig) -> Decoder:

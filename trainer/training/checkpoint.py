@@ -17,7 +17,7 @@ from trainer.config import SceneConfig, TrainConfig
 from trainer.data.writing import write_bytes
 from trainer.errors import CheckpointError, ConfigError
 from trainer.mapping import from_mapping, to_mapping
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.training.checks import check_settings
 from trainer.training.neighbours import Memory
 
@@ -116,7 +116,7 @@ def load_checkpoint(path: Path) -> Checkpoint:
         category, step, run = str(header["category"]), int(header["step"]), dict(header["run"])
         run["seconds"] = float(run["seconds"])
         check_settings(config)
-        model = Model(config.model, config.width, config.height)
+        model = model_of(config)
         model.load_state_dict(_under("model.", tensors))
         optimiser_state = _under("optimiser.", tensors)
         _check_optimiser(optimiser_state, model)

@@ -23,7 +23,7 @@ from trainer.geometry.solid import cube_solid
 from trainer.geometry.topology import underside, vertex_neighbours
 from trainer.model.batch_norm import synchronise
 from trainer.model.block_decoder import BlockDecoder
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.rendering.cpu import topology_of
 from trainer.training.checkpoint import (
     FILE_NAME,
@@ -153,7 +153,7 @@ def _at(
     neighbours are asked."""
     torch.manual_seed(config.seed)
     # New weights are drawn on the CPU: they are the same on all devices.
-    model = Model(config.model, config.width, config.height).to(device)
+    model = model_of(config).to(device)
     if processes.count() > 1:
         synchronise(model.encoder)
     optimiser = adam(model, config.optimiser)

@@ -8,10 +8,15 @@ from trainer.training.schedule import falling
 
 
 def adam(model: nn.Module, config: OptimiserConfig) -> torch.optim.Adam:
-    """Adam over all parameters; a model's decoder, and in it the layer that decodes rotations, have learning rates of
-    their own."""
+    """Adam over all parameters; a model's decoder, with the lattice inside of its shapes, and in it the layer that
+    decodes rotations, have learning rates of their own."""
     decoder_rate = config.decoder_factor * config.learning_rate
-    rates = {"decoder.angles.": config.rotation_learning_rate, "decoder.": decoder_rate, "": config.learning_rate}
+    rates = {
+        "decoder.angles.": config.rotation_learning_rate,
+        "decoder.": decoder_rate,
+        "lattice.": decoder_rate,
+        "": config.learning_rate,
+    }
     groups: dict[str, list[nn.Parameter]] = {}
     for name, parameter in model.named_parameters():
         prefix = next(prefix for prefix in rates if name.startswith(prefix))

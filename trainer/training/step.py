@@ -146,7 +146,7 @@ def forward(
         light_taught = None if light is None else responsibility.sum(1)
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
-    inverted = inverted_by(geometry, vertices, config.inversion_margin)
+    inverted = inverted_by(model, geometry, shape_code, vertices, config.inversion_margin)
     terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent, inverted)
     return StepResult(terms, posterior, expected, azimuth)
 
@@ -157,11 +157,18 @@ def uniform_azimuths(images: Float[Tensor, "B 3 H W"], generator: torch.Generato
     return torch.atan2(plane[:, 0], plane[:, 1])
 
 
-def inverted_by(geometry: FixedGeometry, vertices: Float[Tensor, "B V 3"], margin: float) -> Float[Tensor, "N"] | None:
+def inverted_by(
+    model: Model,
+    geometry: FixedGeometry,
+    shape_code: Float[Tensor, "B Z"],
+    vertices: Float[Tensor, "B V 3"],
+    margin: float,
+) -> Float[Tensor, "N"] | None:
     """`inverted_volume` of one shape in `INVERSION_STRIDE`; None where nothing asks for it."""
     if geometry.solid is None:
         return None
-    return inverted_volume(vertices[::INVERSION_STRIDE], *geometry.solid, margin)
+    offsets = model.inner_offsets(shape_code[::INVERSION_STRIDE])
+    return inverted_volume(vertices[::INVERSION_STRIDE], offsets, *geometry.solid, margin)
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

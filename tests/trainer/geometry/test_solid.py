@@ -13,12 +13,14 @@ def surface(segments: int) -> Tensor:
     return torch.tensor(subdivided_cube(segments).vertices)
 
 
-def inverted(solid: Solid, vertices: Tensor, margin: float = 0) -> Tensor:
-    return inverted_volume(vertices, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra), margin)
+def inverted(solid: Solid, vertices: Tensor, margin: float = 0, offsets: Tensor | None = None) -> Tensor:
+    if offsets is None:
+        offsets = vertices.new_zeros(len(vertices), len(solid.inner), 3)
+    return inverted_volume(vertices, offsets, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra), margin)
 
 
-def volumes(solid: Solid, vertices: np.ndarray) -> np.ndarray:
-    points = np.concatenate((vertices, solid.inner @ vertices))
+def volumes(solid: Solid, vertices: np.ndarray, offsets: np.ndarray | float = 0.0) -> np.ndarray:
+    points = np.concatenate((vertices, solid.inner @ vertices + offsets))
     return np.array([np.linalg.det(points[corners[1:]] - points[corners[0]]) / 6 for corners in solid.tetrahedra])
 
 
@@ -79,17 +81,35 @@ def test_an_underside_that_rises_through_the_top_is_told_and_is_pushed_back() ->
 
 
 def test_its_gradient_is_that_of_finite_differences() -> None:
-    vertices = surface(2) + 0.4 * torch.tensor(np.random.default_rng(1).normal(size=(3, 26, 3)))
-    solid = cube_solid(2)
-    assert inverted(solid, vertices).min() > 0
-    assert torch.autograd.gradcheck(lambda x: inverted(solid, x), vertices.requires_grad_())
+    rng, solid = np.random.default_rng(1), cube_solid(2)
+    vertices = surface(2) + 0.4 * torch.tensor(rng.normal(size=(3, 26, 3)))
+    offsets = 0.4 * torch.tensor(rng.normal(size=(3, 1, 3)))
+    assert inverted(solid, vertices, 0, offsets).min() > 0
+    inputs = (vertices.requires_grad_(), offsets.requires_grad_())
+    assert torch.autograd.gradcheck(lambda x, moved: inverted(solid, x, 0, moved), inputs)
 
 
 def test_it_is_the_sum_of_the_negative_volumes() -> None:
-    vertices = surface(3) + 0.3 * torch.tensor(np.random.default_rng(2).normal(size=(2, 56, 3)))
-    solid = cube_solid(3)
-    expected = [-np.minimum(volumes(solid, shape), 0).sum() for shape in vertices.numpy()]
-    np.testing.assert_allclose(inverted(solid, vertices), expected, rtol=1e-10)
+    rng, solid = np.random.default_rng(2), cube_solid(3)
+    vertices = surface(3) + 0.3 * torch.tensor(rng.normal(size=(2, 56, 3)))
+    offsets = 0.3 * torch.tensor(rng.normal(size=(2, 8, 3)))
+    each = [volumes(solid, shape, moved) for shape, moved in zip(vertices.numpy(), offsets.numpy(), strict=True)]
+    expected = [-np.minimum(found, 0).sum() for found in each]
+    np.testing.assert_allclose(inverted(solid, vertices, 0, offsets), expected, rtol=1e-10)
+
+
+def test_a_bar_bent_to_a_hook_is_sound_as_soon_as_its_inner_points_are_anywhere_right() -> None:
+    """Where the surface alone carries them, they leave the bar at its bend."""
+    solid, vertices = cube_solid(8), surface(8)
+
+    def bent(points: Tensor) -> Tensor:
+        along, across = 4 * points[:, 2], 0.6 + 0.2 * points[:, 0]
+        return torch.stack((across * along.cos(), points[:, 1], across * along.sin()), 1)
+
+    hook, inner = bent(vertices)[None], torch.tensor(solid.inner)
+    offsets = bent(inner @ vertices) - inner @ hook
+    assert inverted(solid, hook).item() > 0.2
+    assert inverted(solid, hook, 0.01, offsets).item() == 0
 
 
 def test_with_a_margin_it_is_what_each_tetrahedron_lacks_of_its_share_of_the_mean() -> None:

@@ -17,7 +17,7 @@ from trainer.data.images import frame_in, load_image_folder
 from trainer.data.source import FolderPictures
 from trainer.model.batch_norm import synchronise
 from trainer.model.loss import pose_in_code
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.training.descent import Given
 from trainer.training.device import CPU
 from trainer.training.figures import figures_of
@@ -51,7 +51,7 @@ def begun(config: TrainConfig, folder: Path) -> tuple[FolderPictures, Model]:
     images = load_image_folder(folder, config.width, config.height)
     source = FolderPictures(images, torch.arange(len(images)), torch.arange(0))
     torch.manual_seed(0)
-    model = Model(config.model, config.width, config.height).double()
+    model = model_of(config).double()
     if processes.count() > 1:
         synchronise(model.encoder)
     return source, model

@@ -169,7 +169,7 @@ def test_a_step_is_on_one_device(
 ) -> None:
     """An operation on tensors of two devices would raise, and so would a number that the host asks for."""
     size = TINY.width, TINY.height
-    here = Model(model, *size)
+    here = Model(model, *size, lattice=loss.inversion_weight > 0)
     geometry = fixed_geometry(here, SceneConfig(*size), loss)
     if geometry.laplacian is not None:
         geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))

@@ -15,7 +15,7 @@ from tests.trainer.training.test_device import BLOCKS, LIT
 from trainer.config import LossConfig, ModelConfig, SceneConfig
 from trainer.data.images import frame_in
 from trainer.data.source import step_generator
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.recording import Recording
 from trainer.rendering import cuda, renderer
 from trainer.training import loop, reframing
@@ -90,7 +90,7 @@ def test_nothing_passes_between_host_and_device_in_a_recorded_step(
 ) -> None:
     config = replace(TINY, model=model, loss=loss, precision="float32")
     size = config.width, config.height
-    here = Model(model, *size)
+    here = model_of(config)
     geometry = fixed_geometry(here, SceneConfig(*size), loss)
     if geometry.laplacian is not None:
         geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))

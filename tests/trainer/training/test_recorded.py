@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from tests.trainer.training.one_step import SETTINGS
 from trainer.config import LossConfig, SceneConfig
 from trainer.data.source import step_generator
-from trainer.model.vae import Model
+from trainer.model.vae import Model, model_of
 from trainer.recording import is_sound, length, normal_noise
 from trainer.training import recorded
 from trainer.training.descent import Descent, Differentiation, Given, Unrecorded, put_back
@@ -147,7 +147,7 @@ def both_ways(loss: LossConfig) -> tuple[Recorded[Any], Unrecorded[Any], list[Gi
     config, size = replace(TINY, loss=loss, precision="float32"), (TINY.width, TINY.height)
     torch.backends.cudnn.allow_tf32 = False
     torch.manual_seed(0)
-    there = Model(config.model, *size).to(GPU)
+    there = model_of(config).to(GPU)
     memory = Memory(config.model.latent).to(GPU)
     for number in range(2):
         memory.remember(torch.randn(64, config.model.latent, device=GPU), torch.randn(64, device=GPU) + number)
