@@ -103,7 +103,8 @@ def test_the_lattice_inside_of_shapes_which_no_bundle_holds_begins_anew(
 ) -> None:
     manifest = read_bundle(copy).manifest
     training: Any = manifest.training
-    config = {**training["config"], "loss": {**training["config"]["loss"], "inversion_weight": 1.0}}
+    loss = {**training["config"]["loss"], "inversion_weight": 1.0, "inner_points": "learnt"}
+    config = {**training["config"], "loss": loss}
     (copy / MANIFEST_FILE).write_bytes(encode_manifest(replace(manifest, training={**training, "config": config})))
     save_checkpoint(tmp_path / FILE_NAME, restored(copy, folder))
     lattice = load_checkpoint(tmp_path).model.lattice

@@ -2,13 +2,12 @@
 
 Where the hidden side of a wing passes through the seen one, pictures hardly change, and its curvature does not: what
 is thin comes out as sheets that cross. The lattice inside the cube tells: each of its tetrahedra has a volume, which is
-negative where the solid is inside out. Its inner points may lie anywhere, and begin where the surface carries them.
+negative where the solid is inside out. Its inner points may lie anywhere, or where the surface carries them.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-import torch
 from jaxtyping import Float, Int64
 from torch import Tensor
 
@@ -30,8 +29,8 @@ class Solid(NamedTuple):
     """What fills `topology.subdivided_cube`. Points are its vertices, and after them those of the lattice inside."""
 
     inner: Float[np.ndarray, "I V"]
-    """Where each inner point begins, as a mean of vertices: the harmonic one, so that it lies in the middle of its six
-    neighbours."""
+    """Where the surface carries each inner point, as a mean of vertices: the harmonic one, so that it lies in the
+    middle of its six neighbours."""
     tetrahedra: Int64[np.ndarray, "T 4"]
     """Points; of positive volume in the cube."""
 
@@ -63,18 +62,13 @@ def cube_solid(segments: int) -> Solid:
 
 
 def inverted_volume(
-    vertices: Float[Tensor, "B V 3"],
-    offsets: Float[Tensor, "B I 3"],
-    inner: Float[Tensor, "I V"],
-    tetrahedra: Int64[Tensor, "T 4"],
-    margin: float = 0,
+    points: Float[Tensor, "B P 3"], tetrahedra: Int64[Tensor, "T 4"], margin: float = 0
 ) -> Float[Tensor, "B"]:
-    """The volume of a solid's tetrahedra that are inside out, in units of the vertices'; with a `margin`, also what
-    each lacks of that share of its shape's mean. Inner points lie by `offsets` beside where `inner` puts them."""
+    """The volume of a solid's tetrahedra that are inside out, in units of its points'; with a `margin`, also what each
+    lacks of that share of its shape's mean."""
     # Shapes last: whole rows are gathered then, in half of the time.
-    surface = vertices.permute(2, 1, 0)
-    points = torch.cat((surface, inner @ surface + offsets.permute(2, 1, 0)), 1).transpose(0, 1).flatten(1)
-    origin, *others = (points.index_select(0, corner).unflatten(1, (3, -1)) for corner in tetrahedra.unbind(1))
+    rows = points.permute(1, 2, 0).flatten(1)
+    origin, *others = (rows.index_select(0, corner).unflatten(1, (3, -1)) for corner in tetrahedra.unbind(1))
     one, two, three = (other - origin for other in others)
     volumes: Tensor = (one.cross(two, dim=1) * three).sum(1) / 6
     least = margin * volumes.detach().mean(0).clamp(min=0)

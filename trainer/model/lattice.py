@@ -1,7 +1,7 @@
 """Where the points inside of a displaced cube lie, by which a loss tells what of it is inside out.
 
-No picture shows them, and no bundle holds them: they are learnt to let the surface be, for one that winds around legs
-is sound as soon as any of their places is.
+No picture shows them, and no bundle holds them. Where they are learnt, they let the surface be: a bent one is sound as
+soon as any places of theirs are right.
 """
 
 from jaxtyping import Float
@@ -12,7 +12,7 @@ from trainer.model.decoder import DISPLACEMENT_UNIT
 
 class Lattice(nn.Module):
     """The decoder's hidden units → how far each inner point lies beside the mean of vertices that
-    `geometry.solid.Solid` begins with. Starts at none."""
+    `geometry.solid.Solid` has for it. Starts at none."""
 
     def __init__(self, hidden: int, segments: int) -> None:
         super().__init__()

@@ -62,8 +62,9 @@ class Model(nn.Module):
 
 
 def model_of(config: TrainConfig) -> Model:
-    """The model of a training, new; with a lattice where the loss asks what is inside out."""
-    return Model(config.model, config.width, config.height, lattice=config.loss.inversion_weight > 0)
+    """The model of a training, new; with a lattice where the loss asks what is inside out and that is to be learnt."""
+    lattice = config.loss.inversion_weight > 0 and config.loss.inner_points == "learnt"
+    return Model(config.model, config.width, config.height, lattice)
 
 
 def decoder_of(config: ModelConfig) -> Decoder:

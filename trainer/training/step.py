@@ -167,8 +167,12 @@ def inverted_by(
     """`inverted_volume` of one shape in `INVERSION_STRIDE`; None where nothing asks for it."""
     if geometry.solid is None:
         return None
-    offsets = model.inner_offsets(shape_code[::INVERSION_STRIDE])
-    return inverted_volume(vertices[::INVERSION_STRIDE], offsets, *geometry.solid, margin)
+    carrying, tetrahedra = geometry.solid
+    surface = vertices[::INVERSION_STRIDE]
+    inner = carrying @ surface
+    if model.lattice is not None:
+        inner = inner + model.inner_offsets(shape_code[::INVERSION_STRIDE])
+    return inverted_volume(torch.cat((surface, inner), 1), tetrahedra, margin)
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

@@ -14,9 +14,9 @@ def surface(segments: int) -> Tensor:
 
 
 def inverted(solid: Solid, vertices: Tensor, margin: float = 0, offsets: Tensor | None = None) -> Tensor:
-    if offsets is None:
-        offsets = vertices.new_zeros(len(vertices), len(solid.inner), 3)
-    return inverted_volume(vertices, offsets, torch.tensor(solid.inner), torch.tensor(solid.tetrahedra), margin)
+    inner = torch.tensor(solid.inner) @ vertices
+    points = torch.cat((vertices, inner if offsets is None else inner + offsets), 1)
+    return inverted_volume(points, torch.tensor(solid.tetrahedra), margin)
 
 
 def volumes(solid: Solid, vertices: np.ndarray, offsets: np.ndarray | float = 0.0) -> np.ndarray:

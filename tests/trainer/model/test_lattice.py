@@ -17,9 +17,10 @@ def with_lattice() -> Model:
 
 
 def inverted(model: Model, codes: Tensor) -> Tensor:
-    inner, tetrahedra = cube_solid(SEGMENTS)
-    solid = torch.tensor(inner, dtype=torch.float32), torch.tensor(tetrahedra)
-    return inverted_volume(model.decode(codes), model.inner_offsets(codes), *solid, 0.1).mean()
+    carrying, tetrahedra = cube_solid(SEGMENTS)
+    surface = model.decode(codes)
+    inner = torch.tensor(carrying, dtype=torch.float32) @ surface + model.inner_offsets(codes)
+    return inverted_volume(torch.cat((surface, inner), 1), torch.tensor(tetrahedra), 0.1).mean()
 
 
 def crumpled() -> tuple[Model, Tensor]:
@@ -31,7 +32,10 @@ def crumpled() -> tuple[Model, Tensor]:
 
 def test_a_model_has_one_where_the_loss_asks_for_it() -> None:
     assert model_of(TrainConfig(model=SETTINGS)).lattice is None
-    assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inversion_weight=1.0))).lattice is not None
+    assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inner_points="learnt"))).lattice is None
+    assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inversion_weight=1.0))).lattice is None
+    learnt = LossConfig(inversion_weight=1.0, inner_points="learnt")
+    assert model_of(TrainConfig(model=SETTINGS, loss=learnt)).lattice is not None
 
 
 def test_it_changes_none_of_the_other_weights_that_a_seed_gives() -> None:

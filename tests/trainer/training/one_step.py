@@ -42,6 +42,7 @@ SETTINGS = {
         ("two views", LossConfig(), 2),
         ("neighbours", LossConfig(neighbour_weight=1.0), 1),
         ("inversion", LossConfig(inversion_weight=1e6), 1),
+        ("lattice", LossConfig(inversion_weight=1e6, inner_points="learnt"), 1),
     )
 }
 

@@ -162,6 +162,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (BLOCKS, LossConfig(moved_steps=10), False, 1),
         (LIT, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False, 2),
         (TINY.model, LossConfig(inversion_weight=1.0), False, 1),
+        (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False, 1),
     ],
 )
 def test_a_step_is_on_one_device(
@@ -169,7 +170,7 @@ def test_a_step_is_on_one_device(
 ) -> None:
     """An operation on tensors of two devices would raise, and so would a number that the host asks for."""
     size = TINY.width, TINY.height
-    here = Model(model, *size, lattice=loss.inversion_weight > 0)
+    here = Model(model, *size, lattice=loss.inner_points == "learnt")
     geometry = fixed_geometry(here, SceneConfig(*size), loss)
     if geometry.laplacian is not None:
         geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))
