@@ -168,7 +168,7 @@ class LossConfig:
     inner_points: Literal["carried", "learnt"] = "carried"
     """Where the points inside of a shape lie, whose tetrahedra those are: `carried` by its surface, or where a layer of
     the decoder's learns to put them, so that nothing is refused that is sound, as legs and whatever else is bent.
-    Without inversion_weight there are none."""
+    Only with inversion_weight."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
     told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back

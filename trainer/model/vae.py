@@ -62,9 +62,8 @@ class Model(nn.Module):
 
 
 def model_of(config: TrainConfig) -> Model:
-    """The model of a training, new; with a lattice where the loss asks what is inside out and that is to be learnt."""
-    lattice = config.loss.inversion_weight > 0 and config.loss.inner_points == "learnt"
-    return Model(config.model, config.width, config.height, lattice)
+    """The model of a training, new; with a lattice where the loss asks for it."""
+    return Model(config.model, config.width, config.height, lattice=config.loss.inner_points == "learnt")
 
 
 def decoder_of(config: ModelConfig) -> Decoder:

@@ -99,6 +99,11 @@ def _check_together(config: TrainConfig) -> None:
             f"Expected loss.inversion_weight of 0 with {mesh}, found {loss.inversion_weight:g}: only the inside of a "
             "displaced cube is known. Train with --loss.inversion-weight 0, or subdivision with --model.base cube."
         )
+    if loss.inner_points == "learnt" and not loss.inversion_weight:
+        raise ConfigError(
+            "Expected loss.inner_points carried with loss.inversion_weight of 0, found learnt: nothing asks where "
+            "inner points lie. Leave it away, or train with --loss.inversion-weight 100000."
+        )
     if loss.kind == "silhouette" and model.light == "varying":
         raise ConfigError(
             "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "

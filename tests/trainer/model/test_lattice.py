@@ -32,7 +32,6 @@ def crumpled() -> tuple[Model, Tensor]:
 
 def test_a_model_has_one_where_the_loss_asks_for_it() -> None:
     assert model_of(TrainConfig(model=SETTINGS)).lattice is None
-    assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inner_points="learnt"))).lattice is None
     assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inversion_weight=1.0))).lattice is None
     learnt = LossConfig(inversion_weight=1.0, inner_points="learnt")
     assert model_of(TrainConfig(model=SETTINGS, loss=learnt)).lattice is not None

@@ -97,6 +97,10 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"loss": {"inversion_weight": 9.0}, "model": {"parameterisation": "full-block", "segments": 4}},
             "loss.inversion_weight of 0 with full-block, found 9: only the inside of a displaced cube .* subdivision",
         ),
+        (
+            {"loss": {"inner_points": "learnt"}},
+            "loss.inner_points carried with loss.inversion_weight of 0, found learnt: .* --loss.inversion-weight 1",
+        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),
