@@ -82,6 +82,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (replace(TINY.model, symmetry="mirror"), LossConfig(), False),
         (BLOCKS, LossConfig(moved_steps=10), False),
         (TINY.model, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False),
+        (TINY.model, LossConfig(inversion_weight=1.0), False),
         (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False),
     ],
 )

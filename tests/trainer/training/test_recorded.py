@@ -178,6 +178,7 @@ def gradients_of(differentiation: Differentiation[Any], given: Given) -> tuple[f
     [
         LossConfig(independence_weight=1.0),
         LossConfig(neighbour_weight=1.0, e_step_centred_steps=0),
+        LossConfig(inversion_weight=100.0),
         LossConfig(inversion_weight=100.0, inner_points="learnt"),
         LossConfig(objective="paper"),
         LossConfig(antialias="borders", antialias_e_step="contours"),
