@@ -76,6 +76,21 @@ def test_every_model_that_ships_is_in_the_table() -> None:
     assert rows(f"| | IoU |{judged}").keys() == SHIPPED.keys()
 
 
+def test_how_much_of_them_is_inside_out() -> None:
+    test, real = (
+        sorted(((judged[part]["inside_out"], name) for name, judged in SHIPPED.items()), reverse=True)
+        for part in ("test", "real_meshes")
+    )
+    named = [
+        f"{share:.2f}{' is' * (not place)} of {name}s" for place, (share, name) in enumerate(test) if share >= 0.005
+    ]
+    assert f"`inside_out`), {', '.join(named)}, and less than 0.005 of all others" in RESULTS
+    first = {name for _, name in test[:4]}
+    assert all(share < 0.01 for share, name in real if name not in first)
+    told = [f"{SHIPPED[name]['real_meshes']['inside_out']:.2f}" for _, name in test[:4]]
+    assert f"of real ones {', '.join(told[:3])} and {told[3]} of the first four, and less than 0.01 of all" in RESULTS
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_readme_s_table(name: str) -> None:
     other_light = {"car-varying-light": "car, lights that turn", "car-white-light": "car, one white light"}
