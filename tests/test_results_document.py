@@ -81,10 +81,8 @@ def test_how_much_of_them_is_inside_out() -> None:
         sorted(((judged[part]["inside_out"], name) for name, judged in SHIPPED.items()), reverse=True)
         for part in ("test", "real_meshes")
     )
-    named = [
-        f"{share:.2f}{' is' * (not place)} of {name}s" for place, (share, name) in enumerate(test) if share >= 0.005
-    ]
-    assert f"`inside_out`), {', '.join(named)}, and less than 0.005 of all others" in RESULTS
+    named = [f"{share:.2f} of {name}s" for share, name in test if share >= 0.005]
+    assert f"`inside_out`) is {', '.join(named)}, and less than 0.005 of all others" in RESULTS
     first = {name for _, name in test[:4]}
     assert all(share < 0.01 for share, name in real if name not in first)
     told = [f"{SHIPPED[name]['real_meshes']['inside_out']:.2f}" for _, name in test[:4]]
