@@ -169,6 +169,10 @@ class LossConfig:
     """Where the points inside of a shape lie, whose tetrahedra those are: `carried` by its surface, or where a layer of
     the decoder's learns to put them, so that nothing is refused that is sound, as legs and whatever else is bent.
     Only with inversion_weight."""
+    front_back_weight: float = 0.0
+    """Weight of how far vertices lie from the mirror images of those across the middle, front to back
+    (`trainer.model.loss.front_back`): what a picture does not show is then like what it does, unless others show it
+    otherwise. `subdivision` only, of shapes that are not mirrored so anyway. For poses that are told."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
     told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back

@@ -104,6 +104,13 @@ def _check_together(config: TrainConfig) -> None:
             "Expected loss.inner_points carried with loss.inversion_weight of 0, found learnt: nothing asks where "
             "inner points lie. Leave it away, or train with --loss.inversion-weight 100000."
         )
+    if loss.front_back_weight and (model.parameterisation != "subdivision" or model.symmetry == "two-mirrors"):
+        mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.symmetry {model.symmetry}"
+        raise ConfigError(
+            f"Expected loss.front_back_weight of 0 with {mesh}, found {loss.front_back_weight:g}: it weighs how far a "
+            "displaced mesh is from the same from front and back, which two mirrors make it anyway. Leave it away, or "
+            "train subdivision with --model.symmetry mirror."
+        )
     if loss.kind == "silhouette" and model.light == "varying":
         raise ConfigError(
             "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "

@@ -43,6 +43,7 @@ SETTINGS = {
         ("neighbours", LossConfig(neighbour_weight=1.0), 1),
         ("inversion", LossConfig(inversion_weight=1e6), 1),
         ("lattice", LossConfig(inversion_weight=1e6, inner_points="learnt"), 1),
+        ("front and back", LossConfig(front_back_weight=1e3), 1),
     )
 }
 

@@ -163,6 +163,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (LIT, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False, 2),
         (TINY.model, LossConfig(inversion_weight=1.0), False, 1),
         (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False, 1),
+        (TINY.model, LossConfig(front_back_weight=1.0), False, 1),
     ],
 )
 def test_a_step_is_on_one_device(
@@ -177,6 +178,9 @@ def test_a_step_is_on_one_device(
     if geometry.solid is not None:
         inner, tetrahedra = geometry.solid
         geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
+    if geometry.front_back is not None:
+        source, sign = geometry.front_back
+        geometry = geometry._replace(front_back=(source.to(elsewhere), sign.to(elsewhere)))
     there, images = here.to(elsewhere), torch.empty(8, 3, *size[::-1], device=elsewhere)
     azimuths = torch.empty(8, device=elsewhere) if known else None
     weights, generator = weights_at(loss, 5, *size), torch.Generator()

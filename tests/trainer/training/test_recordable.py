@@ -84,6 +84,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (TINY.model, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False),
         (TINY.model, LossConfig(inversion_weight=1.0), False),
         (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False),
+        (TINY.model, LossConfig(front_back_weight=1.0), False),
     ],
 )
 def test_nothing_passes_between_host_and_device_in_a_recorded_step(
@@ -98,6 +99,9 @@ def test_nothing_passes_between_host_and_device_in_a_recorded_step(
     if geometry.solid is not None:
         inner, tetrahedra = geometry.solid
         geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
+    if geometry.front_back is not None:
+        source, sign = geometry.front_back
+        geometry = geometry._replace(front_back=(source.to(elsewhere), sign.to(elsewhere)))
     monkeypatch.setattr(loop, "fixed_geometry", lambda *_: geometry)
     there = here.to(elsewhere)
     memory = Memory(model.latent).to(elsewhere)

@@ -101,6 +101,14 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"loss": {"inner_points": "learnt"}},
             "loss.inner_points carried with loss.inversion_weight of 0, found learnt: .* --loss.inversion-weight 1",
         ),
+        (
+            {"loss": {"front_back_weight": 5.0}, "model": {"symmetry": "two-mirrors"}},
+            "loss.front_back_weight of 0 with model.symmetry two-mirrors, found 5: .* --model.symmetry mirror",
+        ),
+        (
+            {"loss": {"front_back_weight": 5.0}, "model": {"parameterisation": "ortho-block", "segments": 4}},
+            "loss.front_back_weight of 0 with ortho-block, found 5: .* train subdivision",
+        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),

@@ -22,6 +22,7 @@ CONFIG = LossConfig(
     distillation_weight=60.0,
     independence_weight=40.0,
     inversion_weight=8.0,
+    front_back_weight=9.0,
 )
 
 
@@ -32,7 +33,8 @@ def test_weights_cool_exponentially(step: int) -> None:
     assert found.laplacian == pytest.approx(7 + 893 * math.exp(-step / 200))
     assert found.temperature == pytest.approx(20 + 220 * math.exp(-step / 80))
     assert found.encoder_prior == pytest.approx(0.8 * (1 - math.exp(-step / 500)))
-    assert (found.prior_matching, found.distillation, found.independence, found.inversion) == (450, 60, 40, 8)
+    assert (found.prior_matching, found.distillation, found.independence) == (450, 60, 40)
+    assert (found.inversion, found.front_back) == (8, 9)
 
 
 def test_they_begin_and_end_where_the_settings_say() -> None:
