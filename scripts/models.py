@@ -178,10 +178,12 @@ def train(
     candidate: str,
     steps: int,
     directory: Path,
-    reframing: float = TrainCommand.reframing_share,
+    reframing: float | None = None,
     told: Sequence[object] = (),
 ) -> None:
-    """Trains to that step, from where it was, and reframes for that share of it."""
+    """Trains to that step, from where it was, and reframes for that share of it, or for the model's."""
+    if reframing is None:
+        reframing = model.reframing_share
     if (directory / CHECKPOINT).exists():
         if progress(directory)["step"] >= steps + round(reframing * steps):
             return
@@ -255,6 +257,8 @@ def command_of(workshop: Workshop, model: Model, candidate: str, *more: str) -> 
     """What trains a model, as somebody would type it."""
     steps = str(workshop.steps_of(model))
     options = ["--preset", model.preset, "--optimiser.steps", steps, *training_options(model, candidate)]
+    if model.reframing_share != TrainCommand.reframing_share:
+        more = ("--reframing-share", f"{model.reframing_share:g}", *more)
     return shlex.join(["python", "-m", "trainer", "train", "--starts", "1", *options, "--images", "PICTURES", *more])
 
 

@@ -26,6 +26,7 @@ class Commands:
         self.trained: list[tuple[str, int, bool]] = []
         self.told: dict[str, object] = {}
         self.unknown: dict[str, tuple[object, object]] = {}
+        self.reframed: dict[str, float] = {}
         self.judged: list[str] = []
         self.rivals: list[str] = []
 
@@ -47,7 +48,8 @@ class Commands:
             self.unknown[directory.name] = options.get("--unknown-to"), options.get("--unknown-poses-of")
             directory.mkdir(parents=True, exist_ok=True)
             (directory / "checkpoint.safetensors").touch()
-            last = steps + round(float(str(options["--reframing-share"])) * steps)
+            self.reframed[directory.name] = float(str(options["--reframing-share"]))
+            last = steps + round(self.reframed[directory.name] * steps)
             (directory / "metrics.jsonl").write_text(json.dumps({"step": last, "seconds": 1.0}) + "\n")
         elif arguments[0] == "evaluate":
             directory, output = Path(str(options["--checkpoint"])), Path(str(options["--output"]))
@@ -151,17 +153,19 @@ def test_a_second_training_finds_the_poses_that_the_first_does_not(
 ) -> None:
     first = script.Model("sofa", "sofa", "sharp", 30, candidates=("full-block",))
     second = script.Model("sofa", "sofa", "sharp", 20)
-    monkeypatch.setattr(script, "MODELS", (script.Model("sofa", "sofa", "told", 70, first=first, second=second),))
+    taught = script.Model("sofa", "sofa", "told", 70, first=first, second=second, reframing_share=1.0)
+    monkeypatch.setattr(script, "MODELS", (taught,))
     commands = make("--only", "sofa")
     assert commands.trained == [("first", 30, False), ("second", 20, False), ("subdivision", 70, False)]
     runs = tmp_path / "work/runs/sofa"
     assert commands.told == {"first": None, "second": None, "subdivision": runs / "first"}
     assert commands.unknown == {"first": (None, None), "second": (runs / "first", None),
                                 "subdivision": (None, runs / "second")}  # fmt: skip
+    assert commands.reframed == {"first": 0.5, "second": 0.5, "subdivision": 1.0}
     _, found, told = (training["command"] for training in _figures(tmp_path)["sofa"]["trainings"])
     assert "--preset sharp --optimiser.steps 20 --class sofa" in found
     assert found.endswith("--unknown-to FIRST --run SECOND")
-    assert told.endswith("--poses-of FIRST --unknown-poses-of SECOND --run RUN")
+    assert told.endswith("--reframing-share 1 --poses-of FIRST --unknown-poses-of SECOND --run RUN")
 
 
 def test_the_page_keeps_models_that_were_made_before(make: Callable[..., Commands], tmp_path: Path) -> None:
@@ -208,6 +212,9 @@ def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType
         # Some had their encoders taught anew afterwards.
         *found, last = (command for command in commands if "exporter.restoring" not in command)
         assert told in last, model.name
+        asked = shlex.split(last)
+        share = asked[asked.index("--reframing-share") + 1] if "--reframing-share" in asked else 0.5
+        assert float(share) == model.reframing_share, model.name
         former = [training for training in (model.first, model.second) if training]
         for training, command in zip(former, found, strict=True):
             (candidate,) = training.candidates
