@@ -21,7 +21,7 @@ from trainer.model.posterior import (
 )
 
 PAPER_PIXELS = 128 * 96
-# A hundredth of the object's diagonal: about what a picture's pixel is.
+# Diagonals of the object; less than a pixel of the paper's pictures shows.
 LIKE_ENOUGH = 0.01
 
 

@@ -107,8 +107,8 @@ def _check_together(config: TrainConfig) -> None:
     if loss.front_back_weight and (model.parameterisation != "subdivision" or model.symmetry == "two-mirrors"):
         mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.symmetry {model.symmetry}"
         raise ConfigError(
-            f"Expected loss.front_back_weight of 0 with {mesh}, found {loss.front_back_weight:g}: it weighs how far a "
-            "displaced mesh is from the same from front and back, which two mirrors make it anyway. Leave it away, or "
+            f"Expected loss.front_back_weight of 0 with {mesh}, found {loss.front_back_weight:g}: it weighs how "
+            "unlike front and back of a displaced mesh are, which two mirrors make alike anyway. Leave it away, or "
             "train subdivision with --model.symmetry mirror."
         )
     if loss.kind == "silhouette" and model.light == "varying":
