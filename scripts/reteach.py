@@ -59,7 +59,7 @@ def reteach(workshop: Workshop, model: Model) -> dict[str, Any]:
     restoring = ["python", "-m", "exporter.restoring", "--bundle", "BUNDLE", "--images", "PICTURES", "--run", "AGAIN"]
     training = ["python", "-m", "trainer", "train", "--resume", "--run", "AGAIN", "--images", "PICTURES"]
     commands = shlex.join(restoring), shlex.join([*training, "--reframing-share", f"{share:g}"])
-    trainings = [training for training in before["trainings"] if "exporter.restoring" not in training["command"]]
+    trainings = [training for training in before["trainings"] if "--run AGAIN" not in training["command"]]
     seconds = round(progress(directory)["seconds"] - load_checkpoint(directory).run["restored_from"]["seconds"], 2)
     trainings.append({"command": " && ".join(commands), "seconds": seconds, "on": "core"})
     figures = publish(workshop, model, before["parameterisation"], directory, trainings)

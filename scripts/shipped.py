@@ -50,7 +50,6 @@ EARLY: Final = ("--loss.kl-cooling-steps", "100")
 BLOCKS: Final = ("--model.segments", "4", "--model.blocks")
 # Of what looks the same from front and back, too, a quarter is learnt: one block is all four legs of a table.
 TWO_MIRRORS: Final = ("--model.symmetry", "two-mirrors")
-
 # What a picture does not show is like what it does, unless others show it otherwise.
 ALIKE: Final = ("--loss.front-back-weight", "20")
 

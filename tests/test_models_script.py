@@ -212,6 +212,7 @@ def test_the_models_that_ship_were_trained_as_the_script_says(script: ModuleType
         # Some had their encoders taught anew afterwards.
         *found, last = (command for command in commands if "exporter.restoring" not in command)
         assert told in last, model.name
+        # 0.5 is what it was when these were trained.
         asked = shlex.split(last)
         share = asked[asked.index("--reframing-share") + 1] if "--reframing-share" in asked else 0.5
         assert float(share) == model.reframing_share, model.name

@@ -171,7 +171,7 @@ class LossConfig:
     Only with inversion_weight."""
     front_back_weight: float = 0.0
     """Weight of how far vertices lie from the mirror images of those across the middle, front to back
-    (`trainer.model.loss.front_back`): what a picture does not show is then like what it does, unless others show it
+    (`trainer.model.front_back`): what a picture does not show is then like what it does, unless others show it
     otherwise. `subdivision` only, of shapes that are not mirrored so anyway. For poses that are told."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are

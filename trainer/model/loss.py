@@ -21,8 +21,6 @@ from trainer.model.posterior import (
 )
 
 PAPER_PIXELS = 128 * 96
-# Diagonals of the object; less than a pixel of the paper's pictures shows.
-LIKE_ENOUGH = 0.01
 
 
 class LossWeights(NamedTuple):
@@ -71,15 +69,14 @@ def training_loss(
     light_responsibility: Float[Tensor, "B L"] | None = None,
     lent_log_likelihood: Float[Tensor, "B"] | None = None,
     inverted_volume: Float[Tensor, "N"] | None = None,
-    beside_images: Float[Tensor, "B V 3"] | None = None,
+    unlike_sides: Float[Tensor, "B"] | None = None,
 ) -> LossTerms:
     """All terms for one batch. `responsibility` is what the coarse bins were weighed by and what the encoder's ρ is
     taught: the E-step's posterior, or the truth under pose supervision. None where ρ itself weighed them, as in the
     paper; then ρ is matched to its prior instead, and nothing asks the code to be independent of the pose. The same
     goes for the light's, where it varies. What has no displacements (None) has no Laplacian term.
     `lent_log_likelihood` is the expected one under neighbours' shapes, where these are asked, and `inverted_volume`
-    what N of the shapes turn inside out, and `beside_images` how far vertices lie from the mirror images of others,
-    where these weigh."""
+    what N of the shapes turn inside out, and `unlike_sides` how unlike their front and back are, where these weigh."""
     zero = expected_log_likelihood.new_zeros(())
     matching, teaching, laplacian, independence, neighbours, inversion, sides = [zero] * 7
     angles = [(posterior.azimuth_logits, responsibility)]
@@ -100,8 +97,8 @@ def training_loss(
         neighbours = -weights.neighbours * lent_log_likelihood.mean()
     if inverted_volume is not None:
         inversion = weights.inversion * inverted_volume.mean()
-    if beside_images is not None:
-        sides = weights.front_back * front_back(beside_images)
+    if unlike_sides is not None:
+        sides = weights.front_back * unlike_sides.mean()
     return LossTerms(
         reconstruction=-expected_log_likelihood.mean(),
         kl=weights.kl * divergence.mean(),
@@ -113,18 +110,6 @@ def training_loss(
         inversion=inversion,
         front_back=sides,
     )
-
-
-def front_back(beside_images: Float[Tensor, "B V 3"]) -> Float[Tensor, ""]:
-    """How far vertices lie from where the mirror images of others are (object frame, a diagonal of the object is 1),
-    summed over the vertices, the mean of the batch.
-
-    Distances, not their squares: a handle on one side costs no more than as much unlikeness that is spread over all,
-    so that shapes are the same from front and back but where pictures show that they are not. Those of less than
-    `LIKE_ENOUGH` are told less and less.
-    """
-    distance = (beside_images.square().sum(2) + LIKE_ENOUGH**2).sqrt() - LIKE_ENOUGH
-    return distance.sum(1).mean()
 
 
 def prior_matching(rho: Float[Tensor, "B R"]) -> Float[Tensor, ""]:

@@ -23,7 +23,7 @@ from trainer.geometry.solid import cube_solid
 from trainer.geometry.topology import underside, vertex_neighbours
 from trainer.model.batch_norm import synchronise
 from trainer.model.block_decoder import BlockDecoder
-from trainer.model.mirror import tied_points
+from trainer.model.front_back import sides_of
 from trainer.model.vae import Model, model_of
 from trainer.rendering.cpu import topology_of
 from trainer.training.checkpoint import (
@@ -239,8 +239,5 @@ def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> Fixe
     if config.inversion_weight:
         inner, tetrahedra = cube_solid(model.config.segments)
         solid = base.new_tensor(inner), model.faces.new_tensor(tetrahedra)
-    front_back = None
-    if config.front_back_weight:
-        ties = tied_points(vertices, axes=[2])
-        front_back = model.faces.new_tensor(ties.source), base.new_tensor(ties.sign)
-    return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian), solid, front_back)
+    sides = sides_of(base) if config.front_back_weight else None
+    return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian), solid, sides)

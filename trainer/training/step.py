@@ -13,6 +13,7 @@ from trainer import processes, recording
 from trainer.config import LossConfig, SceneConfig
 from trainer.geometry.solid import inverted_volume
 from trainer.model.encoder import Encoder
+from trainer.model.front_back import Sides, unlikeness
 from trainer.model.loss import LossTerms, LossWeights, balanced_posterior, nearest_bin, training_loss
 from trainer.model.posterior import Posterior, PosteriorHeads, bin_centres, pooled_over_views
 from trainer.model.vae import Model, sample_normal
@@ -47,9 +48,8 @@ class FixedGeometry(NamedTuple):
     """Identity minus the mean over neighbours; None for blocks, which are no displaced surface."""
     solid: tuple[Float[Tensor, "I V"], Int64[Tensor, "T 4"]] | None
     """What fills a displaced cube (`geometry.solid.Solid`); None for other meshes, and where nothing asks for it."""
-    front_back: tuple[Int64[Tensor, "V"], Float[Tensor, "V 3"]] | None = None
-    """Of each vertex of a displaced mesh the one whose image it is, front to back, and the signs of its coordinates
-    (`model.mirror.Ties`); None for other meshes, and where nothing asks for it."""
+    sides: Sides | None = None
+    """None for blocks, and where nothing asks how unlike front and back are."""
 
 
 class Step(nn.Module):
@@ -150,8 +150,8 @@ def forward(
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
     inverted = inverted_by(model, geometry, shape_code, vertices, config.inversion_margin)
-    beside = beside_images(geometry, vertices)
-    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent, inverted, beside)
+    unlike = None if geometry.sides is None else unlikeness(vertices, geometry.sides)
+    terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent, inverted, unlike)
     return StepResult(terms, posterior, expected, azimuth)
 
 
@@ -177,14 +177,6 @@ def inverted_by(
     if model.lattice is not None:
         inner = inner + model.inner_offsets(shape_code[::INVERSION_STRIDE])
     return inverted_volume(torch.cat((surface, inner), 1), tetrahedra, margin)
-
-
-def beside_images(geometry: FixedGeometry, vertices: Float[Tensor, "B V 3"]) -> Float[Tensor, "B V 3"] | None:
-    """How far each vertex lies from the mirror image of the one across the middle; None where nothing asks for it."""
-    if geometry.front_back is None:
-        return None
-    source, sign = geometry.front_back
-    return vertices - sign * vertices[:, source]
 
 
 def check_vertices(vertices: Float[Tensor, "B V 3"]) -> None:

@@ -16,6 +16,7 @@ from trainer.config import LossConfig, ModelConfig, OptimiserConfig, TrainConfig
 from trainer.data.images import frame_in, load_image_folder
 from trainer.data.source import FolderPictures
 from trainer.model.batch_norm import synchronise
+from trainer.model.front_back import Sides
 from trainer.model.loss import pose_in_code
 from trainer.model.vae import Model, model_of
 from trainer.training.descent import Given
@@ -27,6 +28,7 @@ from trainer.training.loop import stepping
 from trainer.training.neighbours import Memory
 from trainer.training.reframing import learn_reframed
 from trainer.training.schedule import weights_at
+from trainer.training.step import FixedGeometry
 
 SETTINGS = {
     name: TrainConfig(
@@ -57,6 +59,16 @@ def begun(config: TrainConfig, folder: Path) -> tuple[FolderPictures, Model]:
     if processes.count() > 1:
         synchronise(model.encoder)
     return source, model
+
+
+def moved_to(geometry: FixedGeometry, device: torch.device) -> FixedGeometry:
+    """With all but its topology, which stays on the host, on a device."""
+    laplacian, solid, sides = geometry.laplacian, geometry.solid, geometry.sides
+    return geometry._replace(
+        laplacian=None if laplacian is None else laplacian.to(device),
+        solid=None if solid is None else (solid[0].to(device), solid[1].to(device)),
+        sides=None if sides is None else Sides(sides.source.to(device), sides.sign.to(device)),
+    )
 
 
 def first_step(config: TrainConfig, folder: Path) -> dict[str, Tensor]:

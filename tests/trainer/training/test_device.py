@@ -12,7 +12,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from tests.trainer.training.one_step import SETTINGS
+from tests.trainer.training.one_step import SETTINGS, moved_to
 from tests.trainer.training.runs import EVERY_STEP, run, silent, with_steps
 from trainer.config import LossConfig, ModelConfig, SceneConfig, TrainConfig
 from trainer.data.images import ImageSet, frame_in
@@ -172,15 +172,7 @@ def test_a_step_is_on_one_device(
     """An operation on tensors of two devices would raise, and so would a number that the host asks for."""
     size = TINY.width, TINY.height
     here = Model(model, *size, lattice=loss.inner_points == "learnt")
-    geometry = fixed_geometry(here, SceneConfig(*size), loss)
-    if geometry.laplacian is not None:
-        geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))
-    if geometry.solid is not None:
-        inner, tetrahedra = geometry.solid
-        geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
-    if geometry.front_back is not None:
-        source, sign = geometry.front_back
-        geometry = geometry._replace(front_back=(source.to(elsewhere), sign.to(elsewhere)))
+    geometry = moved_to(fixed_geometry(here, SceneConfig(*size), loss), elsewhere)
     there, images = here.to(elsewhere), torch.empty(8, 3, *size[::-1], device=elsewhere)
     azimuths = torch.empty(8, device=elsewhere) if known else None
     weights, generator = weights_at(loss, 5, *size), torch.Generator()

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
-from tests.trainer.training.one_step import SETTINGS
+from tests.trainer.training.one_step import SETTINGS, moved_to
 from tests.trainer.training.test_device import BLOCKS, LIT
 from trainer.config import LossConfig, ModelConfig, SceneConfig
 from trainer.data.images import frame_in
@@ -93,15 +93,7 @@ def test_nothing_passes_between_host_and_device_in_a_recorded_step(
     config = replace(TINY, model=model, loss=loss, precision="float32")
     size = config.width, config.height
     here = model_of(config)
-    geometry = fixed_geometry(here, SceneConfig(*size), loss)
-    if geometry.laplacian is not None:
-        geometry = geometry._replace(laplacian=geometry.laplacian.to(elsewhere))
-    if geometry.solid is not None:
-        inner, tetrahedra = geometry.solid
-        geometry = geometry._replace(solid=(inner.to(elsewhere), tetrahedra.to(elsewhere)))
-    if geometry.front_back is not None:
-        source, sign = geometry.front_back
-        geometry = geometry._replace(front_back=(source.to(elsewhere), sign.to(elsewhere)))
+    geometry = moved_to(fixed_geometry(here, SceneConfig(*size), loss), elsewhere)
     monkeypatch.setattr(loop, "fixed_geometry", lambda *_: geometry)
     there = here.to(elsewhere)
     memory = Memory(model.latent).to(elsewhere)

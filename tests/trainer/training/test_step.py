@@ -110,21 +110,3 @@ def test_the_e_step_compares_poses_at_the_centres_of_bins_or_at_the_fine_angle(
     expected = bin_views(model, SCENE, vertices, fine * posterior.azimuth_fine_mean, turned)
     torch.testing.assert_close(compared[0].screen, expected.screen)
     torch.testing.assert_close(compared[0].colours, expected.colours)
-
-
-@pytest.mark.parametrize("base", ["cube", "cup"])
-def test_shapes_that_are_the_same_from_front_and_back_are_not_weighed(base: Literal["cube", "cup"]) -> None:
-    config = LossConfig(front_back_weight=1.0)
-    found = []
-    for symmetry in ("mirror", "two-mirrors"):
-        torch.manual_seed(0)
-        model = Model(ModelConfig(segments=2, base=base, symmetry=symmetry), SCENE.width, SCENE.height)
-        for parameter in model.decoder.displacements.parameters():
-            torch.nn.init.normal_(parameter, std=0.5)
-        images = torch.rand(PICTURES, 3, SCENE.height, SCENE.width)
-        weights = WEIGHTS._replace(front_back=1.0)
-        geometry = fixed_geometry(model, SCENE, config)
-        result = forward(model, geometry, SCENE, config, weights, images, None, torch.Generator().manual_seed(0))
-        found.append(result.terms.front_back.item())
-    assert found[0] > 0.1
-    assert found[1] == pytest.approx(0, abs=1e-5)
