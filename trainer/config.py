@@ -172,7 +172,15 @@ class LossConfig:
     front_back_weight: float = 0.0
     """Weight of how far vertices lie from the mirror images of those across the middle, front to back
     (`trainer.model.front_back`): what a picture does not show is then like what it does, unless others show it
-    otherwise. `subdivision` only, of shapes that are not mirrored so anyway. For poses that are told."""
+    otherwise. `subdivision` only, of shapes that are not mirrored so anyway. For poses that are told, or once they are
+    learnt (front_back_after)."""
+    front_back_knee: float = 0.0
+    """The sum d of a shape's distances, in its diagonals, counts as knee · log(1 + d / knee), so that the few objects
+    whose front is unlike their back as a whole, as a desk lamp's arm is, may be so; 0: as d. Only with
+    front_back_weight."""
+    front_back_after: int = 0
+    """The step from which on it weighs: before, poses are learnt from what is unlike, as a desk lamp's from its arm.
+    Only with front_back_weight."""
     e_step_centred_steps: int = 500
     """`exact` objective: for so many steps, the E-step compares poses at the centres of their bins, so that bins are
     told apart before the fine angle is known; afterwards at the encoder's fine angle, by which alone front and back

@@ -111,6 +111,12 @@ def _check_together(config: TrainConfig) -> None:
             "unlike front and back of a displaced mesh are, which two mirrors make alike anyway. Leave it away, or "
             "train subdivision with --model.symmetry mirror."
         )
+    for name in ("front_back_knee", "front_back_after"):
+        if (value := getattr(loss, name)) and not loss.front_back_weight:
+            raise ConfigError(
+                f"Expected loss.{name} of 0 with loss.front_back_weight of 0, found {value:g}: nothing weighs how "
+                "unlike front and back are. Leave it away, or train with --loss.front-back-weight 20."
+            )
     if loss.kind == "silhouette" and model.light == "varying":
         raise ConfigError(
             "Expected model.light fixed with loss.kind silhouette, found varying: silhouettes say nothing about the "

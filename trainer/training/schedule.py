@@ -27,7 +27,7 @@ def weights_at(config: LossConfig, step: int, width: int, height: int) -> LossWe
         e_step_fine=step >= config.e_step_centred_steps,
         neighbours=config.neighbour_weight if step >= config.e_step_centred_steps else 0.0,
         inversion=share * config.inversion_weight,
-        front_back=share * config.front_back_weight,
+        front_back=share * config.front_back_weight if step >= config.front_back_after else 0.0,
     )
 
 

@@ -150,7 +150,7 @@ def forward(
         if known is None:
             taught = responsibility if light is None else responsibility.sum(2)
     inverted = inverted_by(model, geometry, shape_code, vertices, config.inversion_margin)
-    unlike = None if geometry.sides is None else unlikeness(vertices, geometry.sides)
+    unlike = None if geometry.sides is None else unlikeness(vertices, geometry.sides, config.front_back_knee)
     terms = training_loss(weights, expected, posterior, displaced, taught, light_taught, lent, inverted, unlike)
     return StepResult(terms, posterior, expected, azimuth)
 

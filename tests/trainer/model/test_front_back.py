@@ -23,6 +23,17 @@ def test_unlikeness_is_the_sum_of_the_distances() -> None:
     torch.testing.assert_close(found, torch.tensor([0.0, expected]))
 
 
+@pytest.mark.parametrize("knee", [0.1, 2.0])
+def test_beyond_the_knee_it_counts_as_its_logarithm(knee: float) -> None:
+    distances = torch.tensor([0.0, 0.001, 1000.0])
+    moved = ALIKE.repeat(3, 1, 1)
+    moved[:, 1, 0] += distances
+    plain, found = unlikeness(moved, SIDES), unlikeness(moved, SIDES, knee)
+    torch.testing.assert_close(found, torch.tensor([knee * math.log(1 + one / knee) for one in plain.tolist()]))
+    assert found[1] == pytest.approx(plain[1].item(), rel=0.01)
+    assert found[2] < knee * math.log(1.1 * 1000 / knee)
+
+
 def test_there_is_a_gradient_where_nothing_is_unlike() -> None:
     vertices = ALIKE[None].clone().requires_grad_()
     unlikeness(vertices, SIDES).sum().backward()

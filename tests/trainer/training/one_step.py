@@ -46,6 +46,7 @@ SETTINGS = {
         ("inversion", LossConfig(inversion_weight=1e6), 1),
         ("lattice", LossConfig(inversion_weight=1e6, inner_points="learnt"), 1),
         ("front and back", LossConfig(front_back_weight=1e3), 1),
+        ("front and back, unlike", LossConfig(front_back_weight=1e3, front_back_knee=2.0), 1),
     )
 }
 

@@ -163,7 +163,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (LIT, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False, 2),
         (TINY.model, LossConfig(inversion_weight=1.0), False, 1),
         (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False, 1),
-        (TINY.model, LossConfig(front_back_weight=1.0), False, 1),
+        (TINY.model, LossConfig(front_back_weight=1.0, front_back_knee=2.0), False, 1),
     ],
 )
 def test_a_step_is_on_one_device(

@@ -84,7 +84,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> torch.device:
         (TINY.model, LossConfig(neighbour_weight=1.0, e_step_centred_steps=0), False),
         (TINY.model, LossConfig(inversion_weight=1.0), False),
         (TINY.model, LossConfig(inversion_weight=1.0, inner_points="learnt"), False),
-        (TINY.model, LossConfig(front_back_weight=1.0), False),
+        (TINY.model, LossConfig(front_back_weight=1.0, front_back_knee=2.0), False),
     ],
 )
 def test_nothing_passes_between_host_and_device_in_a_recorded_step(

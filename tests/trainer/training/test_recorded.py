@@ -180,7 +180,7 @@ def gradients_of(differentiation: Differentiation[Any], given: Given) -> tuple[f
         LossConfig(neighbour_weight=1.0, e_step_centred_steps=0),
         LossConfig(inversion_weight=100.0),
         LossConfig(inversion_weight=100.0, inner_points="learnt"),
-        LossConfig(front_back_weight=5.0),
+        LossConfig(front_back_weight=5.0, front_back_knee=2.0),
         LossConfig(objective="paper"),
         LossConfig(antialias="borders", antialias_e_step="contours"),
     ],

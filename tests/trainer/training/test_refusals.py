@@ -109,6 +109,14 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"loss": {"front_back_weight": 5.0}, "model": {"parameterisation": "ortho-block", "segments": 4}},
             "loss.front_back_weight of 0 with ortho-block, found 5: .* train subdivision",
         ),
+        (
+            {"loss": {"front_back_knee": 2.0}},
+            "loss.front_back_knee of 0 with loss.front_back_weight of 0, found 2: .* --loss.front-back-weight 20",
+        ),
+        (
+            {"loss": {"front_back_after": 600}},
+            "loss.front_back_after of 0 with loss.front_back_weight of 0, found 600: .* --loss.front-back-weight 20",
+        ),
         ({"model": {"blocks": 3}}, "model.blocks of 0 with model.parameterisation subdivision, found 3"),
         ({"optimiser": {"views_per_instance": 3}}, r"optimiser.batch_size to be a multiple .* \(3\) .*, found 8"),
         ({"optimiser": {"views_per_instance": 8}}, r"optimiser.batch_size to be .* of two objects at least, found 8"),

@@ -48,6 +48,11 @@ def test_poses_are_compared_at_the_fine_angle_once_bins_are_told_apart() -> None
     assert [weights_at(config, step, 64, 48).e_step_fine for step in (0, 299, 300)] == [False, False, True]
 
 
+def test_unlike_sides_weigh_once_what_they_tell_is_learnt() -> None:
+    config = LossConfig(front_back_weight=8.0, front_back_after=400)
+    assert [weights_at(config, step, 64, 48).front_back for step in (0, 399, 400)] == [0, 0, 2]
+
+
 def test_what_weighs_sums_over_pixels_grows_with_their_number() -> None:
     """A quarter of the pixels makes a quarter of the log-likelihood. The encoder's ρ is a probability at any size."""
     whole, quarter = weights_at(CONFIG, 100, 128, 96), weights_at(CONFIG, 100, 64, 48)
