@@ -165,6 +165,10 @@ def test_what_needs_no_torch_does_not_wait_for_it(command: str) -> None:
         ("train --images absent --run b", "expected a folder of pictures at absent, found nothing"),
         ("train --images . --run b --class cars", "expected pictures (.png, .jpg, .jpeg, .webp) in . or below it"),
         ("train --images a --run b --width 0", "Expected width from 16 to 2048, found 0"),
+        (
+            "train --images a --run b --loss.front-back-weight 20 --loss.front-back-after 600 --optimiser.steps 600",
+            "Expected loss.front_back_after below optimiser.steps, 600, found 600: front and back would never",
+        ),
         ("train --images a --run b --threads -1", "Expected --threads from 0 to"),
         ("train --images a --run b --threads 100000", "all that this machine offers, found 100000"),
         ("train --images a --run b --intervals.log 0", "--intervals.log of 1 step or more, found 0"),

@@ -121,6 +121,13 @@ class TrainCommand:
             raise ConfigError(f"Expected --reframing-share from 0 to 100, found {self.reframing_share:g}.")
         if not 0 <= self.looking_steps <= MOST_LOOKING_STEPS:
             raise ConfigError(f"Expected --looking-steps from 0 to {MOST_LOOKING_STEPS}, found {self.looking_steps}.")
+        # Here alone: the first rungs of a selection are shorter than what a whole training waits for.
+        after, steps = self.config.loss.front_back_after, self.config.optimiser.steps
+        if not self.resume and after >= steps:
+            raise ConfigError(
+                f"Expected loss.front_back_after below optimiser.steps, {steps}, found {after}: front and back would "
+                "never be asked to be alike. Let it begin earlier, or train for longer."
+            )
         with processes.joined():
             self._train()
 
