@@ -79,6 +79,9 @@ class ModelConfig:
     of upright blocks (`ortho-block`); or these and the blocks' rotations (`full-block`)."""
     segments: int = 4
     """`subdivision`: segments along each edge of the cube (paper: 4, that is 98 vertices)."""
+    proportions: tuple[int, int, int] = (1, 1, 1)
+    """`subdivision` of the cube: how many times `segments` its edges along x, y and z are cut into. What is long has
+    its vertices where it is long: 2 segments, 1, 3 and 10 times, are 346 vertices, at 21 places along z."""
     base: Literal["cube", "cup"] = "cube"
     """`subdivision`: what is displaced (paper: a cube). A `cup` opens upwards, for what is hollow: its walls and floor
     are there from the beginning, where a cube has to be dented. As many segments give it more vertices (4: 178)."""

@@ -35,11 +35,13 @@ class Solid(NamedTuple):
     """Points; of positive volume in the cube."""
 
 
-def cube_solid(segments: int) -> Solid:
+def cube_solid(segments: int, proportions: tuple[int, int, int] = (1, 1, 1)) -> Solid:
     """The lattice of (segments + 1)³ points, whose surface is that of `subdivided_cube(segments)`, in 5·segments³
-    tetrahedra; for even `segments` its own mirror image in x, y and z."""
-    surface = np.rint((subdivided_cube(segments).vertices + 0.5) * segments).astype(int)
-    number = np.full((segments + 1,) * 3, -1)
+    tetrahedra, or of as many more as the `proportions` say; its own mirror image in x, y and z where edges are cut into
+    even numbers."""
+    counts = segments * np.array(proportions)
+    surface = np.rint((subdivided_cube(segments, 1, proportions).vertices + 0.5) * counts).astype(int)
+    number = np.full(counts + 1, -1)
     number[tuple(surface.T)] = np.arange(len(surface))
     inside = np.argwhere(number < 0)
     number[tuple(inside.T)] = len(surface) + np.arange(len(inside))
@@ -51,7 +53,7 @@ def cube_solid(segments: int) -> Solid:
         pull[row, number[tuple(point)]] = 6
     inner = np.linalg.solve(pull[:, len(surface) :], -pull[:, : len(surface)])
 
-    cells = np.argwhere(np.ones((segments,) * 3, bool))
+    cells = np.argwhere(np.ones(counts, bool))
     odd = cells.sum(1) % 2
     corners = np.repeat(_CELL[None], len(cells), 0)
     corners[..., 0] ^= odd[:, None, None]

@@ -13,11 +13,14 @@ class BaseMesh(NamedTuple):
     faces: Int64[np.ndarray, "F 3"]
 
 
-def subdivided_cube(segments: int, side: float = 1.0) -> BaseMesh:
-    """A cube around the origin, each edge cut into `segments`: 6·segments² + 2 vertices, 12·segments² faces.
+def subdivided_cube(segments: int, side: float = 1.0, proportions: tuple[int, int, int] = (1, 1, 1)) -> BaseMesh:
+    """A cube around the origin, each edge cut into `segments`: 6·segments² + 2 vertices, 12·segments² faces; edges
+    along x, y and z into so many times as many as the `proportions` say.
 
-    The diagonals are laid so that the mesh is its own mirror image in x, y and z (exactly so for even `segments`).
+    The diagonals are laid so that the mesh is its own mirror image in x, y and z (exactly so where edges are cut into
+    even numbers).
     """
+    counts = segments * np.array(proportions)
     lattice: dict[tuple[int, int, int], int] = {}
     faces: list[tuple[int, int, int]] = []
 
@@ -28,18 +31,19 @@ def subdivided_cube(segments: int, side: float = 1.0) -> BaseMesh:
         for outward in (-1, 1):
             # (u, v, normal) is right-handed, so that u then v turns counter-clockwise as seen from outside.
             u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]][::outward]
-            origin = np.eye(3, dtype=int)[axis] * (segments if outward > 0 else 0)
-            for i in range(segments):
-                for j in range(segments):
+            origin = np.eye(3, dtype=int)[axis] * (counts if outward > 0 else 0)
+            along, across = counts @ u, counts @ v
+            for i in range(along):
+                for j in range(across):
                     a = corner(origin + i * u + j * v)
                     b = corner(origin + (i + 1) * u + j * v)
                     c = corner(origin + (i + 1) * u + (j + 1) * v)
                     d = corner(origin + i * u + (j + 1) * v)
-                    if (2 * i + 1 > segments) == (2 * j + 1 > segments):
+                    if (2 * i + 1 > along) == (2 * j + 1 > across):
                         faces += [(a, b, c), (a, c, d)]
                     else:
                         faces += [(a, b, d), (b, c, d)]
-    vertices = (np.array(list(lattice), dtype=np.float64) / segments - 0.5) * side
+    vertices = (np.array(list(lattice), dtype=np.float64) / counts - 0.5) * side
     return BaseMesh(vertices, np.array(faces, dtype=np.int64))
 
 

@@ -14,9 +14,9 @@ class Lattice(nn.Module):
     """The decoder's hidden units → how far each inner point lies beside the mean of vertices that
     `geometry.solid.Solid` has for it. Starts at none."""
 
-    def __init__(self, hidden: int, segments: int) -> None:
+    def __init__(self, hidden: int, points: int) -> None:
         super().__init__()
-        self.offsets = nn.Linear(hidden, 3 * (segments - 1) ** 3)
+        self.offsets = nn.Linear(hidden, 3 * points)
         nn.init.zeros_(self.offsets.weight)
         nn.init.zeros_(self.offsets.bias)
 

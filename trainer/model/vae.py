@@ -1,5 +1,7 @@
 """The generative model and its inference network (sections 3 and 4 of the paper)."""
 
+import math
+
 import torch
 from jaxtyping import Float
 from torch import Tensor, nn
@@ -7,7 +9,7 @@ from torch import Tensor, nn
 from trainer import processes, recording
 from trainer.config import ModelConfig, Symmetry, TrainConfig
 from trainer.geometry.cup import subdivided_cup
-from trainer.geometry.topology import subdivided_cube
+from trainer.geometry.topology import BaseMesh, subdivided_cube
 from trainer.model.block_decoder import BlockDecoder
 from trainer.model.decoder import SubdivisionDecoder
 from trainer.model.encoder import Encoder
@@ -16,7 +18,6 @@ from trainer.model.posterior import Posterior, PosteriorHeads
 
 # Side of the base cube, in diagonals of the object's bounding box: a compact start in the middle of the picture.
 BASE_CUBE_SIDE = 0.4
-BASES = {"cube": subdivided_cube, "cup": subdivided_cup}
 # Across which axes shapes are their own mirror images.
 MIRRORS: dict[Symmetry, tuple[int, ...]] = {"none": (), "mirror": (0,), "two-mirrors": (0, 2)}
 # Blocks of an object (Appendix B).
@@ -37,7 +38,8 @@ class Model(nn.Module):
         light_bins = config.light_bins if config.light == "varying" else 0
         self.heads = PosteriorHeads(config.encoder_channels[-1], config.latent, config.azimuth_bins, light_bins)
         self.decoder = decoder_of(config)
-        self.lattice = Lattice(config.hidden, config.segments) if lattice else None
+        inner_points = math.prod(config.segments * times - 1 for times in config.proportions)
+        self.lattice = Lattice(config.hidden, inner_points) if lattice else None
 
     @property
     def faces(self) -> Tensor:
@@ -71,14 +73,20 @@ def decoder_of(config: ModelConfig) -> Decoder:
     mirrored = MIRRORS[config.symmetry]
     match config.parameterisation:
         case "subdivision":
-            base = BASES[config.base](config.segments, BASE_CUBE_SIDE)
-            return SubdivisionDecoder(config.latent, config.hidden, base, mirrored)
+            return SubdivisionDecoder(config.latent, config.hidden, _base_of(config), mirrored)
         case "ortho-block":
             blocks = config.blocks or ORTHO_BLOCKS
             return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=False, mirrored=mirrored)
         case "full-block":
             blocks = config.blocks or FULL_BLOCKS
             return BlockDecoder(config.latent, config.hidden, blocks, BASE_CUBE_SIDE, turning=True, mirrored=mirrored)
+
+
+def _base_of(config: ModelConfig) -> BaseMesh:
+    """What is displaced."""
+    if config.base == "cup":
+        return subdivided_cup(config.segments, BASE_CUBE_SIDE)
+    return subdivided_cube(config.segments, BASE_CUBE_SIDE, config.proportions)
 
 
 def sample_normal(

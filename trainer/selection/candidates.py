@@ -82,6 +82,7 @@ def config_of(candidate: Candidate, recipe: TrainConfig) -> TrainConfig:
         parameterisation="subdivision" if kind == "cup" else kind,
         segments=candidate.form.fineness if meshed else usual.segments,
         base="cup" if kind == "cup" else "cube",
+        proportions=recipe.model.proportions if kind == "subdivision" else usual.proportions,
         blocks=0 if meshed else candidate.form.fineness,
         latent=candidate.latent,
         light=candidate.light,

@@ -98,6 +98,7 @@ def training_config(setting: Setting | Variant, recipe: TrainConfig) -> TrainCon
         parameterisation=parameterisation,
         segments=recipe.model.segments if parameterisation == "subdivision" else usual.segments,
         base=recipe.model.base if parameterisation == "subdivision" else usual.base,
+        proportions=recipe.model.proportions if parameterisation == "subdivision" else usual.proportions,
         blocks=0,
         light=setting.light,
         light_bins=recipe.model.light_bins if setting.light == "varying" else usual.light_bins,

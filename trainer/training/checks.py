@@ -13,6 +13,8 @@ from trainer.data.lens import MOST_ZOOM
 from trainer.errors import ConfigError, DataError
 from trainer.training.intervals import Intervals
 
+MOST_SEGMENTS = 64
+
 # What the bundle and the service accept as a class's name.
 _CATEGORY = re.compile(r"[a-z0-9][a-z0-9_-]{0,63}")
 
@@ -30,7 +32,8 @@ def check_settings(config: TrainConfig) -> None:
         ("validation_share", config.validation_share, 0, 0.5),
         ("model.latent", model.latent, 1, 1024),
         ("model.hidden", model.hidden, 1, 4096),
-        ("model.segments", model.segments, 1, 64),
+        ("model.segments", model.segments, 1, MOST_SEGMENTS),
+        *(("model.proportions", times, 1, MOST_SEGMENTS) for times in model.proportions),
         ("model.blocks", model.blocks, 0, 1024),
         ("model.azimuth_bins", model.azimuth_bins, 1, 360),
         ("model.light_bins", model.light_bins, 1, 180),
@@ -50,6 +53,7 @@ def check_settings(config: TrainConfig) -> None:
             raise ConfigError(
                 f"Expected {name} from {low:g} to {high:g}, found {value}. Change the option or the preset."
             )
+    _check_mesh(config.model)
     _check_together(config)
 
 
@@ -63,15 +67,14 @@ def check_processes(optimiser: OptimiserConfig, count: int) -> None:
         )
 
 
-def _check_together(config: TrainConfig) -> None:
-    """Raises ConfigError for settings that contradict each other."""
-    model, loss, optimiser = config.model, config.loss, config.optimiser
+def _check_mesh(model: ModelConfig) -> None:
+    """Raises ConfigError for what a parameterisation or a base mesh has no use for."""
+    usual = ModelConfig()
     if model.parameterisation == "subdivision" and model.blocks:
         raise ConfigError(
             f"Expected model.blocks of 0 with model.parameterisation subdivision, found {model.blocks}. Leave it away, "
             "or train ortho-block or full-block."
         )
-    usual = ModelConfig()
     if model.parameterisation != "subdivision" and model.segments != usual.segments:
         raise ConfigError(
             f"Expected model.segments left at {usual.segments} with model.parameterisation {model.parameterisation}, "
@@ -83,6 +86,23 @@ def _check_together(config: TrainConfig) -> None:
             f"Expected model.base left at {usual.base} with model.parameterisation {model.parameterisation}, found "
             f"{model.base}: blocks are cuboids. Leave it away, or train subdivision."
         )
+    if model.proportions != usual.proportions and (model.parameterisation != "subdivision" or model.base != "cube"):
+        mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.base {model.base}"
+        raise ConfigError(
+            f"Expected model.proportions left at 1 1 1 with {mesh}, found {' '.join(map(str, model.proportions))}: "
+            "only a cube's edges are cut unevenly. Leave it away, or train subdivision with --model.base cube."
+        )
+    if model.segments * max(model.proportions) > MOST_SEGMENTS:
+        raise ConfigError(
+            f"Expected at most {MOST_SEGMENTS} segments along an edge, found model.segments {model.segments} times "
+            f"model.proportions {max(model.proportions)}. Lower one."
+        )
+
+
+def _check_together(config: TrainConfig) -> None:
+    """Raises ConfigError for settings that contradict each other."""
+    model, loss, optimiser = config.model, config.loss, config.optimiser
+    usual = ModelConfig()
     if model.light == "fixed" and model.light_bins != usual.light_bins:
         raise ConfigError(
             f"Expected model.light_bins left at {usual.light_bins} with model.light fixed, found {model.light_bins}: "

@@ -237,7 +237,7 @@ def fixed_geometry(model: Model, scene: SceneConfig, config: LossConfig) -> Fixe
         laplacian[underside(vertices, faces)] *= math.sqrt(config.laplacian_underside)
     solid = None
     if config.inversion_weight:
-        inner, tetrahedra = cube_solid(model.config.segments)
+        inner, tetrahedra = cube_solid(model.config.segments, model.config.proportions)
         solid = base.new_tensor(inner), model.faces.new_tensor(tetrahedra)
     sides = sides_of(base) if config.front_back_weight else None
     return FixedGeometry(topology_of(model.faces), base.new_tensor(laplacian), solid, sides)

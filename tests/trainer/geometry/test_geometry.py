@@ -29,9 +29,28 @@ def test_a_subdivided_cube_is_closed_outward_and_of_the_right_size(segments: int
     assert len(vertices) - len(topology.edges) + len(faces) == 2
 
 
-def test_the_paper_s_cube_has_98_vertices_and_is_its_own_mirror_image() -> None:
-    vertices, faces = subdivided_cube(4)
-    assert len(vertices) == 98
+@pytest.mark.parametrize("proportions", [(1, 3, 10), (5, 1, 2), (1, 1, 2)])
+@pytest.mark.parametrize("segments", [1, 2])
+def test_a_cube_s_edges_may_be_cut_unevenly(segments: int, proportions: tuple[int, int, int]) -> None:
+    vertices, faces = subdivided_cube(segments, 0.4, proportions)
+    x, y, z = (segments * times for times in proportions)
+    assert [len(np.unique(places.round(9))) for places in vertices.T] == [x + 1, y + 1, z + 1]
+    assert len(vertices) == 2 * (x * y + y * z + z * x) + 2
+    assert len(faces) == 4 * (x * y + y * z + z * x)
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    assert np.einsum("fi,fi->", a, np.cross(b, c)) / 6 == pytest.approx(0.4**3)
+    topology = build_topology(faces)
+    assert (topology.edge_faces >= 0).all()
+    assert len(vertices) - len(topology.edges) + len(faces) == 2
+
+
+def test_the_paper_s_cube_has_98_vertices() -> None:
+    assert len(subdivided_cube(4).vertices) == 98
+
+
+@pytest.mark.parametrize(("segments", "proportions"), [(4, (1, 1, 1)), (2, (1, 3, 5))])
+def test_a_cube_is_its_own_mirror_image(segments: int, proportions: tuple[int, int, int]) -> None:
+    vertices, faces = subdivided_cube(segments, 1, proportions)
     triangles = {tuple(sorted(map(tuple, np.round(vertices[face], 6)))) for face in faces}
     for axis in range(3):
         mirror = np.ones(3)

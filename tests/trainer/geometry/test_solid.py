@@ -34,6 +34,18 @@ def test_tetrahedra_fill_the_cube(segments: int) -> None:
     assert found.sum() == pytest.approx(1)
 
 
+@pytest.mark.parametrize("proportions", [(1, 3, 10), (5, 1, 2)])
+def test_tetrahedra_fill_a_cube_whose_edges_are_cut_unevenly(proportions: tuple[int, int, int]) -> None:
+    solid = cube_solid(2, proportions)
+    vertices = subdivided_cube(2, 1, proportions).vertices
+    cells = 2 * np.array(proportions)
+    assert solid.inner.shape == (np.prod(cells - 1), len(vertices))
+    assert solid.tetrahedra.shape == (5 * np.prod(cells), 4)
+    found = volumes(solid, vertices)
+    assert found.min() > 0
+    assert found.sum() == pytest.approx(1)
+
+
 @pytest.mark.parametrize("segments", [2, 4])
 def test_it_is_its_own_mirror_image(segments: int) -> None:
     solid, vertices = cube_solid(segments), surface(segments).numpy()

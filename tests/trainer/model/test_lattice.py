@@ -1,5 +1,7 @@
 """The lattice inside of shapes: where it begins, what it learns, and what it leaves alone."""
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor, nn
 
@@ -35,6 +37,13 @@ def test_a_model_has_one_where_the_loss_asks_for_it() -> None:
     assert model_of(TrainConfig(model=SETTINGS, loss=LossConfig(inversion_weight=1.0))).lattice is None
     learnt = LossConfig(inversion_weight=1.0, inner_points="learnt")
     assert model_of(TrainConfig(model=SETTINGS, loss=learnt)).lattice is not None
+
+
+def test_it_has_the_points_of_a_cube_whose_edges_are_cut_unevenly() -> None:
+    model = Model(replace(SETTINGS, segments=2, proportions=(1, 2, 3)), 48, 36, lattice=True)
+    inner, _ = cube_solid(2, (1, 2, 3))
+    assert model.inner_offsets(torch.zeros(1, SETTINGS.latent)).shape == (1, len(inner), 3)
+    assert model.decode(torch.zeros(1, SETTINGS.latent)).shape == (1, inner.shape[1], 3)
 
 
 def test_it_changes_none_of_the_other_weights_that_a_seed_gives() -> None:

@@ -39,6 +39,11 @@ def test_a_candidate_changes_the_model_alone() -> None:
     assert meshed.model == ModelConfig(latent=9, hidden=48, segments=5, light="varying")
     hollow = config_of(Candidate(Form("cup", 5), 9, "varying"), replace(recipe, model=ModelConfig(hidden=48)))
     assert hollow.model == replace(meshed.model, base="cup")
+    uneven = replace(recipe, model=ModelConfig(hidden=48, proportions=(1, 3, 2)))
+    assert config_of(Candidate(Form("ortho-block", 3), 6, "fixed"), uneven).model == blocks.model
+    assert config_of(Candidate(Form("cup", 5), 9, "varying"), uneven).model == hollow.model
+    longer = config_of(Candidate(Form("subdivision", 5), 9, "varying"), uneven)
+    assert longer.model == replace(meshed.model, proportions=(1, 3, 2))
     mirrored = config_of(Candidate(Form("ortho-block", 3), 6, "fixed", "mirror"), recipe)
     assert mirrored.model == replace(blocks.model, symmetry="mirror")
     with pytest.raises(ConfigError, match=r"Expected model.segments from 1 to 64, found 65"):

@@ -99,6 +99,9 @@ def test_what_a_setting_has_no_use_for_is_left_out_of_the_recipe() -> None:
     assert (blocks.model.segments, blocks.model.base, blocks.model.light_bins) == (4, "cube", 3)
     kept = training_config(Setting(light="varying"), recipe)
     assert (kept.model.segments, kept.model.base, kept.model.light_bins) == (6, "cup", 5)
+    uneven = replace(TrainConfig(), model=replace(TrainConfig().model, proportions=(1, 3, 10)))
+    assert training_config(Setting("ortho-block"), uneven).model.proportions == (1, 1, 1)
+    assert training_config(Setting(), uneven) == uneven
 
 
 def test_the_best_parameterisation_is_the_class_s() -> None:

@@ -81,6 +81,19 @@ def test_only_the_optimiser_may_change_on_resume(config: TrainConfig, images: Im
             {"model": {"parameterisation": "ortho-block", "segments": 4, "base": "cup"}},
             "model.base left at cube with model.parameterisation ortho-block, found cup: .* train subdivision",
         ),
+        ({"model": {"proportions": (1, 0, 1)}}, "model.proportions from 1 to 64, found 0"),
+        (
+            {"model": {"segments": 4, "proportions": (1, 17, 1)}},
+            "at most 64 segments along an edge, found model.segments 4 times model.proportions 17",
+        ),
+        (
+            {"model": {"parameterisation": "full-block", "segments": 4, "proportions": (1, 1, 2)}},
+            "model.proportions left at 1 1 1 with full-block, found 1 1 2: only a cube's .* train subdivision",
+        ),
+        (
+            {"model": {"base": "cup", "proportions": (1, 2, 1)}},
+            "model.proportions left at 1 1 1 with model.base cup, found 1 2 1: .* --model.base cube",
+        ),
         (
             {"model": {"light_bins": 5}},
             r"model.light_bins left at 3 with model.light fixed, found 5: .* --model\.light varying",
