@@ -86,8 +86,7 @@ def _check_mesh(model: ModelConfig) -> None:
             f"Expected model.base left at {usual.base} with model.parameterisation {model.parameterisation}, found "
             f"{model.base}: blocks are cuboids. Leave it away, or train subdivision."
         )
-    if model.proportions != usual.proportions and (model.parameterisation != "subdivision" or model.base != "cube"):
-        mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.base {model.base}"
+    if model.proportions != usual.proportions and (mesh := _other_than_cube(model)):
         raise ConfigError(
             f"Expected model.proportions left at 1 1 1 with {mesh}, found {' '.join(map(str, model.proportions))}: "
             "only a cube's edges are cut unevenly. Leave it away, or train subdivision with --model.base cube."
@@ -97,6 +96,13 @@ def _check_mesh(model: ModelConfig) -> None:
             f"Expected at most {MOST_SEGMENTS} segments along an edge, found model.segments {model.segments} times "
             f"model.proportions {max(model.proportions)}. Lower one."
         )
+
+
+def _other_than_cube(model: ModelConfig) -> str:
+    """What a model has instead of a displaced cube; nothing for one that has it."""
+    if model.parameterisation != "subdivision":
+        return model.parameterisation
+    return "" if model.base == "cube" else f"model.base {model.base}"
 
 
 def _check_together(config: TrainConfig) -> None:
@@ -113,8 +119,7 @@ def _check_together(config: TrainConfig) -> None:
             f"Expected loss.neighbour_weight of 0 with loss.objective paper, found {loss.neighbour_weight:g}: the "
             "paper asks no neighbours. Leave it away, or train with --loss.objective exact."
         )
-    if loss.inversion_weight and (model.parameterisation != "subdivision" or model.base != "cube"):
-        mesh = model.parameterisation if model.parameterisation != "subdivision" else f"model.base {model.base}"
+    if loss.inversion_weight and (mesh := _other_than_cube(model)):
         raise ConfigError(
             f"Expected loss.inversion_weight of 0 with {mesh}, found {loss.inversion_weight:g}: only the inside of a "
             "displaced cube is known. Train with --loss.inversion-weight 0, or subdivision with --model.base cube."
