@@ -13,7 +13,7 @@ PORT ?= 8000
 export PYOPENGL_PLATFORM := egl
 
 .PHONY: help install install-service demo models test test-tools check serve frontier stability bench bench-render bench-service bench-soak \
-	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-samples bench-symmetry bench-fronts bench-training bench-waiting fuzz
+	bench-automatic bench-rendering bench-judging bench-ceilings bench-free-codes bench-learning bench-parsimony bench-cutouts bench-refinement bench-several bench-samples bench-symmetry bench-fronts bench-training bench-waiting fuzz
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{ printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -105,6 +105,9 @@ bench-parsimony: install  ## what bundles carry, and what float16 and int8 cost 
 
 bench-refinement: install  ## what a longer look gains, for every model that ships (benchmarks/refinement.json; about 30 minutes)
 	$(BIN)/python -m benchmarks.refinement
+
+bench-several: install  ## what several pictures of an object tell beyond one, for every model that ships (docs/results/several.json; about 15 minutes)
+	$(BIN)/python -m benchmarks.several $(if $(wildcard $(MESHES)),--real-meshes $(MESHES))
 
 bench-cutouts: install  ## what it costs accuracy that an object had to be cut out, and that it is darker or brighter, for every model that ships (benchmarks/cutouts.json; about 15 minutes)
 	$(BIN)/python -m benchmarks.cutouts

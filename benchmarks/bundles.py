@@ -51,8 +51,8 @@ def measure_bundles(
             print(name, json.dumps(results["models"][name]), flush=True)
 
 
-def rendered(folder: Path, subject: Subject, seed: int, objects: int) -> Path:
-    """A folder in `folder` with a picture of each of so many procedural objects of the subject's class."""
+def rendered(folder: Path, subject: Subject, seed: int, objects: int, views: int = 1) -> Path:
+    """A folder in `folder` with so many pictures of each of so many procedural objects of the subject's class."""
     settings = RenderSettings(subject.category, seed=seed)
-    render_folder(folder / str(seed), settings, subject.scene, objects, 1, 1, False)
+    render_folder(folder / str(seed), settings, subject.scene, objects, views, 1, False)
     return folder / str(seed)

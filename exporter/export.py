@@ -141,6 +141,7 @@ def _manifest(
             azimuth_bin_centres_degrees=tuple(exported_bin_centres(model.config.azimuth_bins, azimuth_offset)),
             azimuth_offset_degrees=round(math.degrees(azimuth_offset), 10),
             azimuth_temperature=azimuth_temperature,
+            views_per_instance=checkpoint.config.optimiser.views_per_instance,
             latent=model.config.latent,
             vertices=len(model.decoder.base_vertices),
             training=json.loads(json.dumps(training, allow_nan=False)),

@@ -25,6 +25,9 @@ from service.manifest import (
 PROBE_TOLERANCE: Final = 1e-3
 """How far a graph's answer may lie from the probe's on this machine: float32 sums in another order, and no more."""
 
+_LEAST_DEVIATION: Final = 1e-4
+"""No training gives a number of the shape code a smaller one; a file may."""
+
 Array = NDArray[np.float32]
 
 
@@ -145,11 +148,21 @@ def decode_all(engine: Engine, shape_codes: Array) -> Surface:
     return Surface(vertices, normals)
 
 
-def pool(posteriors: Sequence[Posterior]) -> tuple[Array, Array]:
-    """Mean and deviation of the shape code [Z] of an object in several pictures: number by number the largest over all
-    of them, as training pools them (section 4 of the paper, "Shape")."""
-    mean = np.max([posterior.shape_mean for posterior in posteriors], axis=0)
-    return mean, np.max([posterior.shape_deviation for posterior in posteriors], axis=0)
+def pool(posteriors: Sequence[Posterior], views_per_instance: int) -> tuple[Array, Array]:
+    """Mean and deviation of the shape code [Z] of an object in several pictures.
+
+    Of a model whose training pooled them, number by number the largest over all of them, as there (section 4 of the
+    paper, "Shape"). Of one that was trained on single pictures, those of the geometric mean of their densities: the
+    surer a picture is of a number, the more it counts. They are not multiplied, since an encoder errs alike in all.
+    """
+    means = np.stack([posterior.shape_mean for posterior in posteriors])
+    deviations = np.stack([posterior.shape_deviation for posterior in posteriors])
+    if views_per_instance > 1 or len(posteriors) == 1:
+        return means.max(0), deviations.max(0)
+    deviations = deviations.clip(_LEAST_DEVIATION)
+    surest = deviations.min(0)
+    weights = (surest / deviations) ** 2
+    return (weights * means).sum(0) / weights.sum(0), surest / np.sqrt(weights.mean(0))
 
 
 def sample_shape_code(seed: int, latent: int, temperature: float = 1.0) -> Array:

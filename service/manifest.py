@@ -161,6 +161,8 @@ class Manifest:
     category_bias: Annotated[float, Field(ge=-MOST_BIAS, le=MOST_BIAS)] = 0.0
     """Added to the logarithm of how probable the category is beside others, nats: a model that explains much is judged
     more strictly. Fitted by `python -m exporter.rivals` on pictures of all categories that are served together."""
+    views_per_instance: Annotated[int, Field(ge=1, le=64)] = 1
+    """Pictures of an object that a step of the training pooled: how those of a request are, depends on it."""
     aggregate_posterior: AggregatePosterior | None = None
     """What samples are drawn from; None where the exporter had too few pictures: then it is the prior."""
 

@@ -93,7 +93,7 @@ def _try(engine: Engine, pictures: tuple[Prepared, ...], seconds: dict[str, floa
     """One model's view of the pictures; adds up how long each stage took."""
     started = perf_counter()
     posteriors = tuple(encode(engine, prepared.picture) for prepared in pictures)
-    shape_code, shape_deviation = pool(posteriors)
+    shape_code, shape_deviation = pool(posteriors, engine.manifest.views_per_instance)
     encoded = perf_counter()
     surface = decode(engine, shape_code)
     decoded = perf_counter()

@@ -1,6 +1,7 @@
 """A small model as training leaves it."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -36,6 +37,12 @@ def small_checkpoint(light: Literal["fixed", "varying"] = "fixed") -> Checkpoint
     }
     scene = SceneConfig(width=64, height=48, camera=CameraConfig(elevation_degrees=20.0))
     return Checkpoint(config, scene, "car", 12, model, {}, run)
+
+
+def trained_on_views(checkpoint: Checkpoint, views: int) -> Checkpoint:
+    """The same, as if so many pictures of each object had been pooled in training."""
+    optimiser = replace(checkpoint.config.optimiser, views_per_instance=views)
+    return replace(checkpoint, config=replace(checkpoint.config, optimiser=optimiser))
 
 
 @pytest.fixture

@@ -56,6 +56,7 @@ def test_the_manifest_tells_what_the_model_is(checkpoint: Checkpoint, exported: 
     expected = [math.remainder(-180 + step * r + 25, 360) for r in range(7)]
     assert manifest.azimuth_bin_centres_degrees == pytest.approx(expected, abs=1e-9)
     assert [light.azimuth_degrees for light in manifest.lights] == [30, 150, 270]
+    assert manifest.views_per_instance == 1
     assert manifest.metrics == {"iou": 0.6}
     assert manifest.training["step"] == 12
     assert manifest.training["run"] == {

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from PIL import Image
 
 import service.reconstruction
@@ -24,6 +25,8 @@ from service.rendering.projection import project
 from service.rendering.shading import shade
 from tests.imaging.photographs import before, boards, cutout, photographed
 from tests.service.reading import document_of, vertices_of
+from trainer.evaluation.refinement import Inference
+from trainer.evaluation.subject import pooled_means
 
 MANY = 10**7
 
@@ -47,9 +50,7 @@ def views(encoded: Callable[..., bytes]) -> list[bytes]:
 
 def test_the_shape_of_several_pictures_is_pooled(engine: Engine, views: list[bytes]) -> None:
     posteriors = [encode(engine, read_picture(view, 64, 48, MANY).picture) for view in views]
-    mean, deviation = pool(posteriors)
-    np.testing.assert_array_equal(mean, np.max([posterior.shape_mean for posterior in posteriors], 0))
-    np.testing.assert_array_equal(deviation, np.max([posterior.shape_deviation for posterior in posteriors], 0))
+    mean, deviation = pool(posteriors, 1)
     answer = reconstruct([engine], views, MANY)
     assert answer.report.shape_code == pytest.approx(mean, abs=1e-6)
     assert answer.report.views is not None
@@ -60,6 +61,34 @@ def test_the_shape_of_several_pictures_is_pooled(engine: Engine, views: list[byt
     assert answer.report.posterior is not None
     assert answer.report.posterior.shape_deviation == pytest.approx(deviation, abs=1e-6)
     np.testing.assert_array_equal(vertices_of(answer.content), decode(engine, mean).vertices)
+
+
+def test_shapes_are_pooled_as_the_judge_pools_them(engine: Engine, views: list[bytes]) -> None:
+    posteriors = [encode(engine, read_picture(view, 64, 48, MANY).picture) for view in views]
+    means = np.stack([posterior.shape_mean for posterior in posteriors])
+    deviations = np.stack([posterior.shape_deviation for posterior in posteriors])
+    nothing = torch.empty(0)
+    said = Inference(torch.from_numpy(means), torch.from_numpy(deviations), nothing, nothing, None)
+    for trained_on in (1, 3):
+        (judged,) = pooled_means(said, len(views), trained_on).numpy()
+        np.testing.assert_allclose(pool(posteriors, trained_on)[0], judged, atol=1e-6)
+    np.testing.assert_array_equal(pool(posteriors, 3)[1], deviations.max(0))
+    np.testing.assert_allclose(pool(posteriors, 1)[1] ** -2, (deviations**-2.0).mean(0), rtol=1e-5)
+
+
+def test_one_picture_is_pooled_with_none(engine: Engine, views: list[bytes]) -> None:
+    posterior = encode(engine, read_picture(views[0], 64, 48, MANY).picture)
+    mean, deviation = pool([posterior], 1)
+    np.testing.assert_array_equal(mean, posterior.shape_mean)
+    np.testing.assert_array_equal(deviation, posterior.shape_deviation)
+
+
+@pytest.mark.parametrize("deviation", [0.0, -1.0, 3e38])
+def test_deviations_that_no_training_gives_leave_numbers(engine: Engine, views: list[bytes], deviation: float) -> None:
+    first, second, _ = (encode(engine, read_picture(view, 64, 48, MANY).picture) for view in views)
+    strange = replace(first, shape_deviation=np.full_like(first.shape_deviation, deviation))
+    for posteriors in ([strange, second], [strange, strange]):
+        assert all(np.isfinite(told).all() for told in pool(posteriors, 1))
 
 
 def test_each_picture_has_its_camera(engine: Engine, views: list[bytes]) -> None:

@@ -54,7 +54,7 @@ def test_all_pictures_give_one_mesh_and_a_sheet(
     subject = from_checkpoint(load_checkpoint(path))
     together, alone = answer(subject, views, 3), answer(subject, views, 1)
     assert torch.equal(together.azimuths, alone.azimuths)
-    # The largest of three codes is none of them.
+    # What is made of three codes is none of them.
     assert all(not torch.allclose(together.vertices[0], single, atol=1e-4) for single in alone.vertices)
     found = trimesh.load(output, force="mesh", process=False)
     np.testing.assert_allclose(

@@ -26,8 +26,8 @@ MOST_VIEWS = 64
 class ReconstructCommand:
     """Reconstruct one object from one or more pictures of it: a mesh, and a sheet that compares it with the pictures.
 
-    The mesh stands in the model's own frame. What is seen in any of the pictures counts: train with
-    --optimiser.views-per-instance for models that are good at it.
+    The mesh stands in the model's own frame. The shape is what all pictures say, of which those that are
+    surer of it count more; of a model that was trained with --optimiser.views-per-instance, as that pools them.
     """
 
     checkpoint: Path

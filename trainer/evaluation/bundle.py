@@ -47,6 +47,7 @@ def from_bundle(directory: Path) -> Subject:
     manifest = _read_manifest(directory)
     told = [
         "shape_mean",
+        "shape_deviation",
         "azimuth_probabilities",
         "azimuth_fine_mean",
         *(["light_azimuth"] if manifest.get("light_bin_centres_degrees") else []),
@@ -55,8 +56,8 @@ def from_bundle(directory: Path) -> Subject:
     decoder = _graph(directory, DECODER_FILE, manifest, ["vertices"])
 
     def infer(images: Float[Tensor, "B 3 H W"]) -> Inference:
-        shape_mean, probabilities, fine_mean, *lights = encode(images)
-        return Inference(shape_mean, probabilities, fine_mean, lights[0] if lights else None)
+        shape_mean, shape_deviation, probabilities, fine_mean, *lights = encode(images)
+        return Inference(shape_mean, shape_deviation, probabilities, fine_mean, lights[0] if lights else None)
 
     def decode(codes: Float[Tensor, "K Z"]) -> Float[Tensor, "K V 3"]:
         return decoder(codes)[0]
@@ -67,7 +68,8 @@ def from_bundle(directory: Path) -> Subject:
         centres = torch.tensor(manifest["azimuth_bin_centres_degrees"], dtype=torch.float32).deg2rad()
         training = manifest["training"]
         summary = {"step": training["step"], "seconds": training["run"]["seconds"]}
-        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary)
+        views = int(manifest.get("views_per_instance", 1))
+        return Subject(infer, decode, faces, centres, scene, str(manifest["category"]), summary, views)
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         raise CheckpointError(
             f"{directory / MANIFEST_FILE}: expected a bundle's manifest, found {type(error).__name__}: {error}. "

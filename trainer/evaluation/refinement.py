@@ -17,6 +17,7 @@ class Inference(NamedTuple):
     """What is said about pictures, one by one; angles in radians."""
 
     shape_mean: Float[Tensor, "B Z"]
+    shape_deviation: Float[Tensor, "B Z"]
     probabilities: Float[Tensor, "B R"]
     """Of the azimuth's coarse bins."""
     azimuth_fine_mean: Float[Tensor, "B"]

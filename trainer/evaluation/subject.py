@@ -52,6 +52,8 @@ class Subject:
     category: str
     training: dict[str, object]
     """How long it was trained: step, seconds."""
+    views_per_instance: int = 1
+    """Pictures of an object that a step of its training pooled: how those of a test are, depends on it."""
     refinement: int = 0
     """Iterations at test time (`trainer.evaluation.refinement`); 0 takes the encoder's word."""
 
@@ -73,7 +75,13 @@ def from_checkpoint(checkpoint: Checkpoint) -> Subject:
         with torch.no_grad():
             posterior = model.encode(images)
         light = most_probable_light(posterior)
-        return Inference(posterior.shape_mean, posterior.azimuth_logits.softmax(1), posterior.azimuth_fine_mean, light)
+        return Inference(
+            posterior.shape_mean,
+            posterior.shape_deviation,
+            posterior.azimuth_logits.softmax(1),
+            posterior.azimuth_fine_mean,
+            light,
+        )
 
     def decode(codes: Float[Tensor, "K Z"]) -> Float[Tensor, "K V 3"]:
         with torch.no_grad():
@@ -81,14 +89,15 @@ def from_checkpoint(checkpoint: Checkpoint) -> Subject:
 
     training = {"step": checkpoint.step, "seconds": checkpoint.run["seconds"]}
     centres = bin_centres(checkpoint.config.model.azimuth_bins, torch.zeros(()))
-    return Subject(infer, decode, model.faces, centres, checkpoint.scene, checkpoint.category, training)
+    views = checkpoint.config.optimiser.views_per_instance
+    return Subject(infer, decode, model.faces, centres, checkpoint.scene, checkpoint.category, training, views)
 
 
 def answer(subject: Subject, images: Float[Tensor, "B 3 H W"], views: int) -> Prediction:
     """The mean of z decoded, and the most probable coarse azimuth plus the mean of the fine one, of pictures of which
     each `views` consecutive ones show one object: its shape is found from all of them."""
     inference = subject.infer(images)
-    pooled = inference.shape_mean.unflatten(0, (-1, views)).amax(1)
+    pooled = pooled_means(inference, views, subject.views_per_instance)
     if subject.refinement:
         inference, pooled = refined(
             inference, pooled, images, subject.bin_centres, subject.decode, subject.faces, subject.scene,
@@ -98,6 +107,22 @@ def answer(subject: Subject, images: Float[Tensor, "B 3 H W"], views: int) -> Pr
     azimuths = wrap_angle(subject.bin_centres[bins] + inference.azimuth_fine_mean)
     vertices = subject.decode(pooled).repeat_interleave(views, 0)
     return Prediction(vertices, azimuths, subject.bin_centres[bins], inference.probabilities, inference.light_azimuths)
+
+
+def pooled_means(inference: Inference, views: int, views_per_instance: int) -> Float[Tensor, "K Z"]:
+    """The mean of z of objects that each `views` consecutive pictures show.
+
+    Of a model whose training pooled `views_per_instance` pictures, number by number the largest, as there (section 4 of
+    the paper, "Shape"). Of one that was trained on single ones, that of the geometric mean of their densities, in which
+    the surer a picture is of a number, the more it counts.
+    """
+    means = inference.shape_mean.unflatten(0, (-1, views))
+    if views_per_instance > 1 or views == 1:
+        largest: Tensor = means.amax(1)
+        return largest
+    precisions = inference.shape_deviation.unflatten(0, (-1, views)) ** -2
+    weighted: Tensor = (precisions * means).sum(1) / precisions.sum(1)
+    return weighted
 
 
 def predict(subject: Subject, codes: UInt8[ndarray, "N 3 H W"], views: int = 1) -> Prediction:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from exporter.export import export
-from tests.exporter.conftest import small_checkpoint
+from tests.exporter.conftest import small_checkpoint, trained_on_views
 from trainer.data.plan import RenderSettings
 from trainer.data.render import render_folder
 from trainer.errors import CheckpointError
@@ -37,15 +37,18 @@ def mine(bundle: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(("views", "light"), [(1, "fixed"), (2, "fixed"), (1, "varying")])
+@pytest.mark.parametrize(
+    ("views", "trained_on", "light"), [(1, 1, "fixed"), (2, 1, "fixed"), (2, 2, "fixed"), (1, 1, "varying")]
+)
 def test_checkpoint_and_bundle_get_the_same_figures(
-    tmp_path: Path, views: int, light: Literal["fixed", "varying"]
+    tmp_path: Path, views: int, trained_on: int, light: Literal["fixed", "varying"]
 ) -> None:
-    checkpoint = small_checkpoint(light)
+    checkpoint = trained_on_views(small_checkpoint(light), trained_on)
     export(checkpoint, tmp_path / "car", math.radians(OFFSET_DEGREES), {})
     subjects = from_checkpoint(checkpoint), from_bundle(tmp_path / "car")
     assert subjects[0].scene == subjects[1].scene
     assert subjects[0].category == subjects[1].category == "car"
+    assert subjects[0].views_per_instance == subjects[1].views_per_instance == trained_on
     assert subjects[0].training == subjects[1].training == {"step": 12, "seconds": 1.5}
     for seed, name in enumerate(("validation", "test")):
         settings = RenderSettings("car", seed=seed, rotate_lights=light == "varying")
@@ -111,7 +114,7 @@ def test_a_graph_that_is_none_or_another_is_refused(mine: Path) -> None:
     encoder.write_bytes((mine / DECODER_FILE).read_bytes())
     (mine / MANIFEST_FILE).write_text(json.dumps(manifest))
     with pytest.raises(
-        CheckpointError, match=r"encoder\.onnx: expected the outputs shape_mean, azimuth_probabilities, .*found none"
+        CheckpointError, match=r"encoder\.onnx: expected the outputs shape_mean, shape_deviation, .*found none"
     ):
         from_bundle(mine)
     manifest["files"]["encoder.onnx"] = "2d711642b726b04401627ca9fbac32f5c8530fb1903cc4db02258717921a4881"

@@ -76,7 +76,7 @@ def test_unknown_are_the_pictures_whose_shapes_are_least_known_again() -> None:
     model, count = Told(), 40
 
     def infer(images: Tensor) -> Inference:
-        return Inference(model.encode(images).shape_mean, torch.empty(0), torch.empty(0), None)
+        return Inference(model.encode(images).shape_mean, torch.empty(0), torch.empty(0), torch.empty(0), None)
 
     subject = Subject(infer, model.decode, model.faces, torch.empty(0), SCENE, "chair", {})
     pictures = np.zeros((count, 3, SCENE.height, SCENE.width), np.uint8)

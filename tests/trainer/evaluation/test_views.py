@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 import torch
 
-from tests.exporter.conftest import small_checkpoint
+from tests.exporter.conftest import small_checkpoint, trained_on_views
 from tests.trainer.evaluation.conftest import knowing, subject_of
 from trainer.data.shapes.solid import Mesh
 from trainer.errors import DataError
 from trainer.evaluation.pictures import Pictures, Validation, grouped, linear_batches
 from trainer.evaluation.protocol import judge
-from trainer.evaluation.subject import from_checkpoint, predict
+from trainer.evaluation.refinement import Inference
+from trainer.evaluation.subject import from_checkpoint, pooled_means, predict
 
 
 def test_the_pictures_of_a_group_show_an_object_from_all_around(tested: Pictures) -> None:
@@ -55,7 +56,7 @@ def test_no_group_is_torn_apart(tested: Pictures) -> None:
 
 
 def test_a_model_sees_a_group_as_it_does_in_training(tested: Pictures) -> None:
-    checkpoint = small_checkpoint()
+    checkpoint = trained_on_views(small_checkpoint(), 4)
     model, subject = checkpoint.model, from_checkpoint(checkpoint)
     codes = np.random.default_rng(0).integers(0, 256, (8, 3, model.height, model.width), np.uint8)
     (images,) = linear_batches(codes)
@@ -69,6 +70,27 @@ def test_a_model_sees_a_group_as_it_does_in_training(tested: Pictures) -> None:
     assert not torch.allclose(together.vertices, alone.vertices, atol=1e-6)
 
 
+def test_of_a_model_of_single_pictures_the_geometric_mean_of_their_densities_is_taken() -> None:
+    """The density that is in proportion to the fourth root of the product of four, found on a grid."""
+    means = torch.tensor([[0.5, -1.0], [0.7, 2.0], [0.2, 0.0], [0.6, 0.4]], dtype=torch.float64)
+    deviations = torch.tensor([[0.1, 1.0], [0.3, 0.2], [0.9, 0.5], [0.1, 1.0]], dtype=torch.float64)
+    nothing = torch.empty(0)
+    (found,) = pooled_means(Inference(means, deviations, nothing, nothing, None), 4, 1)
+    grid = torch.linspace(-8, 8, 160_001, dtype=torch.float64)[:, None, None]
+    logarithm = torch.distributions.Normal(means, deviations).log_prob(grid).mean(1)
+    weight = logarithm.softmax(0)
+    torch.testing.assert_close(found, (weight * grid[:, 0]).sum(0), atol=1e-9, rtol=0)
+
+
+def test_one_picture_is_pooled_with_none_and_several_in_any_order() -> None:
+    subject = from_checkpoint(small_checkpoint())
+    codes = np.random.default_rng(0).integers(0, 256, (3, 3, 48, 64), np.uint8)
+    together, turned = predict(subject, codes, 3), predict(subject, codes[[2, 0, 1]], 3)
+    torch.testing.assert_close(together.vertices, turned.vertices)
+    alike = predict(subject, codes[[1, 1, 1]], 3)
+    torch.testing.assert_close(alike.vertices[:1], predict(subject, codes[[1]]).vertices)
+
+
 def test_what_one_picture_does_not_show_another_does(
     tested: Pictures, validation: Validation, shapes: list[Mesh]
 ) -> None:
@@ -79,8 +101,9 @@ def test_what_one_picture_does_not_show_another_does(
     count = len(tested.codes)
     fooled = torch.arange(count)[torch.arange(count) % 8 < 4]
     oracle.vertices[fooled] = oracle.vertices[(fooled + 8) % count]
-    alone = judge(subject_of(oracle), tested, validation).report
-    together = judge(subject_of(oracle), grouped(tested, 2), validation).report
+    subject = replace(subject_of(oracle), views_per_instance=2)
+    alone = judge(subject, tested, validation).report
+    together = judge(subject, grouped(tested, 2), validation).report
     assert alone.aligned is not None
     assert together.aligned is not None
     assert alone.aligned.iou.value < 0.9
