@@ -24,6 +24,7 @@ CUT_OUT, FORMER, OTHER_CAMERAS_BEFORE = (
     figures(name)["models"]
     for name in ("benchmarks/cutouts.json", "docs/results/placement.json", "docs/results/cutouts-before.json")
 )
+SEVERAL = figures("docs/results/several.json")["models"]
 INVENTED = figures("docs/results/samples.json")["models"]
 INVENTED_BEFORE = figures("docs/results/self-consistency.json")["before"]
 CEILINGS = figures("docs/results/ceilings.json")["iou"]
@@ -163,6 +164,19 @@ def test_a_longer_look(name: str) -> None:
         guesses(real),
         f"{pose(real)[0]} → {pose(real_refined)[0]}",
     ]
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_several_pictures_of_an_object(name: str) -> None:
+    expected = []
+    for part in ("test", "real_meshes"):
+        served = SEVERAL[name][part]["served"]
+        expected += [
+            " → ".join(f"{served[count]['iou']:.2f}" for count in "1248"),
+            f"{SEVERAL[name][part]['largest']['8']['iou']:.2f}",
+            " → ".join(f"{served[count]['chamfer_distance']:.3f}" for count in "18"),
+        ]
+    assert rows(section("Several pictures of an object"))[name] == expected
 
 
 @pytest.mark.parametrize("name", [*INVENTED, "mean"])
