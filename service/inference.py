@@ -159,10 +159,10 @@ def pool(posteriors: Sequence[Posterior], views_per_instance: int) -> tuple[Arra
     deviations = np.stack([posterior.shape_deviation for posterior in posteriors])
     if views_per_instance > 1 or len(posteriors) == 1:
         return means.max(0), deviations.max(0)
-    deviations = deviations.clip(_LEAST_DEVIATION)
-    surest = deviations.min(0)
-    weights = (surest / deviations) ** 2
-    return (weights * means).sum(0) / weights.sum(0), surest / np.sqrt(weights.mean(0))
+    # In float64: the mean of equal codes is that code, to the last digit.
+    precisions = deviations.clip(_LEAST_DEVIATION).astype(np.float64) ** -2
+    mean = (precisions * means).sum(0) / precisions.sum(0)
+    return mean.astype(np.float32), (precisions.mean(0) ** -0.5).astype(np.float32)
 
 
 def sample_shape_code(seed: int, latent: int, temperature: float = 1.0) -> Array:

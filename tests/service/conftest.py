@@ -98,7 +98,8 @@ def picture(encoded: Callable[..., bytes]) -> bytes:
 def server(bundle_directory: Path) -> Iterator[str]:
     """The address of `python -m service`, once it is ready."""
     command = [sys.executable, "-m", "service", "--port", "0", "--models", str(bundle_directory)]
-    options = ["--max-upload-bytes", "200000", "--max-pixels", "1000000"]
+    # Where the machine is busy, a second is not enough for as many iterations each time.
+    options = ["--max-upload-bytes", "200000", "--max-pixels", "1000000", "--refine-seconds", "15"]
     with subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
