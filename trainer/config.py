@@ -160,8 +160,8 @@ class LossConfig:
     """That weight at the first step; cools like the KL weight."""
     laplacian_underside: float = 30.0
     """How many times as much that term weighs at the vertices of the base cube's underside, without its rim. A camera
-    above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, and with 100 legs
-    no longer part."""
+    above the horizon never sees them, and pictures push them out of sight only: with 1 they cave in, unless
+    inversion_weight keeps them, and with 100 legs no longer part."""
     inversion_weight: float = 0.0
     """Weight of the volume that shapes turn inside out (`geometry.solid`), a volume of 1 being a cube whose side is the
     object's diagonal; 100,000 leaves hardly any. Only for displaced cubes."""
