@@ -10,8 +10,9 @@ import torch
 from trainer.training.contention import Contention, seconds_without_core
 
 
-@pytest.fixture
-def two_threads() -> Iterator[None]:
+@pytest.fixture(autouse=True)
+def threads() -> Iterator[None]:
+    """Two of them, unless a test takes another number."""
     before = torch.get_num_threads()
     torch.set_num_threads(2)
     yield
@@ -23,7 +24,6 @@ def _told(waits: list[dict[str, float]], times: list[float]) -> list[str | None]
     return [contention.told() for _ in times[1:]]
 
 
-@pytest.mark.usefixtures("two_threads")
 def test_what_waits_for_its_core_is_told_once() -> None:
     waits = [{"1": 5.0, "2": 0.0}, {"1": 5.1, "2": 1.0}, {"1": 5.2, "2": 17.0, "3": 0.5}]
     first, early, crowded, after = _told(waits, [0.0, 21.0, 40.0, 42.0, 80.0])
@@ -35,18 +35,13 @@ def test_what_waits_for_its_core_is_told_once() -> None:
     assert after is None
 
 
-@pytest.mark.usefixtures("two_threads")
 def test_where_a_system_counts_no_waits_nothing_is_told() -> None:
     assert _told([{}, {}, {}], [0.0, 21.0, 42.0]) == [None, None]
 
 
 def test_one_thread_has_no_fewer() -> None:
-    before = torch.get_num_threads()
     torch.set_num_threads(1)
-    try:
-        assert _told([{"1": 0.0}, {"1": 20.0}], [0.0, 21.0]) == [None]
-    finally:
-        torch.set_num_threads(before)
+    assert _told([{"1": 0.0}, {"1": 20.0}], [0.0, 21.0]) == [None]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how long a thread has waited for a core")
