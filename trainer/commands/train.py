@@ -26,7 +26,6 @@ from trainer.presets import DEFAULT, load_preset, preset_names, preset_setting
 from trainer.selection.starts import Start, begun, best_start, first_steps, usual_starts
 from trainer.training.checkpoint import FILE_NAME, Checkpoint
 from trainer.training.checks import check_category, check_intervals, check_pictures, check_processes, check_settings
-from trainer.training.contention import Contention
 from trainer.training.device import Choice, chosen_device
 from trainer.training.intervals import Intervals
 from trainer.training.longer_look import MOST_STEPS as MOST_LOOKING_STEPS
@@ -171,8 +170,7 @@ class TrainCommand:
         if starts != 1:
             config, resume = self._best_start(starts, source, category, provenance, console, device), True
         due = round(self.reframing_share * config.optimiser.steps)
-        with progress_of("training", config.optimiser.steps + due, console) as show:
-            report = _watched(show, device, console)
+        with progress_of("training", config.optimiser.steps + due, console, device) as report:
             intervals, directory = self.intervals, self.run_directory
             last = train(
                 config, source, category, directory, intervals, resume, report, provenance, None, device, self.record
@@ -217,8 +215,7 @@ class TrainCommand:
             console.print(f"start from seed {start.seed}: {said} ({start.core_seconds:.0f} s)")
 
         intervals, directory = self.intervals, self.run_directory
-        with progress_of(f"{starts} starts", starts * first_steps(self.config), console) as show:
-            report_step = _watched(show, device, console)
+        with progress_of(f"{starts} starts", starts * first_steps(self.config), console, device) as report_step:
             try:
                 config = best_start(
                     self.config, starts, source, category, directory, intervals, report, report_step, provenance,
@@ -313,22 +310,6 @@ class TrainCommand:
             )
         self.former.check(self.images is not None)
         return self.category or Path(folders[0]).resolve().name
-
-
-def _watched(
-    show: Callable[[int, dict[str, float]], None], device: torch.device, console: Console
-) -> Callable[[int, dict[str, float]], None]:
-    """What shows a training's progress, and says where other programs want the cores that it computes on."""
-    if device.type != "cpu":
-        return show
-    contention = Contention()
-
-    def report(step: int, figures: dict[str, float]) -> None:
-        show(step, figures)
-        if sentence := contention.told():
-            console.print(sentence, markup=False)
-
-    return report
 
 
 def _value_of(option: str, arguments: list[str]) -> str | None:
